@@ -1,0 +1,236 @@
+# Direction control (Paper 3.1, Fig. 2): the state machine that drives the robot round the outline.
+
+from ..fixed import sine, cosine, clamp
+from .follower import NO_WALL, BOXED_IN
+from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
+from .motion import Motion
+
+# As protocol/states.py names them.
+INIT = 1
+FIND_WALL = 2
+ALIGN = 3
+FOLLOW = 4
+CORNER_IN = 5
+CORNER_OUT = 6
+CLOSE_CHECK = 7
+BUILD = 12
+BUMP = 13
+FAILED = 14
+DONE = 15
+STUCK = 16
+
+_WINDOW_FOLLOW = 3641    # the reference lies from -200 to +20 degrees ...
+_WINDOW_ALIGN = 29100    # ... but any wall will do to align with
+_ALIGNED_BAM = 2731      # 15 degrees
+_FRONT_MM = 50           # free way left when FIND_WALL calls it a wall
+_SPIRAL_MM = 20000       # straight that far without a wall: spiral
+_ARC_BAM = 72818         # 400 degrees of arc without a wall
+_BOXED_TICKS = 400       # 8 s
+_BUMP_TICKS = 500        # 10 s
+_BUMPS_MAX = 8
+_STUCK_MAX = 6
+_CLEAR_MM = 190          # a hit nearer than that explains a bump
+_BACK_MM = 40
+_BUMP_TURN = 6736        # 37 degrees
+_PATH_MAX_MM = 2000000
+
+
+class Explorer:
+    # step() reads the sensors' interpreters and leaves left_mm_s, right_mm_s, state.
+    # mapping: the mapping beam's hit belongs to the wall that is followed.
+    # started, left: set for the one tick in which a barrier's following begins / is given up.
+    # Writes: the hit ring (bumps), Follower.disc_mm. Allocates nothing after __init__.
+
+    def __init__(self, odometry, hits, infrared, ir_state, follower):
+        self.state = INIT
+        self.mapping = False
+        self.started = False
+        self.abandoned = False
+        self.motion = Motion()
+        self.bumps = 0
+        self.stuck = 0
+        self.walls_tried = 0
+        self._odometry = odometry
+        self._hits = hits
+        self._infrared = infrared
+        self._ir_state = ir_state
+        self._follower = follower
+        self._disc_mm = 200
+        self._squeeze_q4 = 0      # millimetres added to the disc after a bump, decaying
+        self._resume = FIND_WALL
+        self._leg_mm = 0          # path at the start of the present straight, arc or back-off
+        self._leg_turn = 0
+        self._course_turn = 0     # unwrapped heading that FIND_WALL keeps
+        self._ticks = 0
+        self._boxed = 0
+        self._recent_tick = 0
+        self._recent_bumps = 0
+        self._bump_held = False
+
+    def begin(self, body_mm, gap_mm, speed_mm_s, turn_mrad_s, track_um):
+        self._disc_mm = body_mm + gap_mm
+        self._follower.body_mm = body_mm
+        self._follower.disc_mm = self._disc_mm
+        self.motion.begin(speed_mm_s, turn_mrad_s, track_um)
+
+    def step(self, tick, ultrasonic_mm, bump):
+        o = self._odometry
+        f = self._follower
+        state = self.state
+        self.started = False
+        self.abandoned = False
+        f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam,
+               _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
+        self._infrared.erase(tick & 7, f, tick)
+        self._infrared.erase((tick + 4) & 7, f, tick)
+        if state >= BUILD and state != BUMP and state != STUCK:
+            self.motion.stop()
+            return
+        if bump and not self._bump_held and state != BUMP and state != STUCK:
+            self._bumped(tick, bump)
+            self.motion.stop()
+        elif state == BUMP or state == STUCK:
+            self._back_off()
+        elif state <= FIND_WALL:
+            self._find_wall(ultrasonic_mm)
+        else:
+            self._roll(tick, ultrasonic_mm)
+        self._bump_held = bump != 0
+
+    def leave(self):
+        # The barrier is done with and was not the outline: look for another wall, away from it.
+        # The course changes from try to try, so that no pair of islands can hold the robot.
+        self.walls_tried += 1
+        self.mapping = False
+        self._start_leg()
+        self._course_turn = self._odometry.turn_bam + 14000 - (self.walls_tried * 5461 & 0x3FFF)
+        self.state = FIND_WALL
+
+    def _start_leg(self):
+        self._leg_mm = self._odometry.path_mm
+        self._leg_turn = self._odometry.turn_bam
+        self._ticks = 0
+
+    def _find_wall(self, ultrasonic_mm):
+        o = self._odometry
+        f = self._follower
+        if self.state == INIT:
+            self._start_leg()
+            self._course_turn = o.turn_bam
+            self.state = FIND_WALL
+        error = self._course_turn - o.turn_bam
+        far = o.path_mm - self._leg_mm
+        if f.gap_mm < _FRONT_MM and -3000 < error < 3000:
+            self._start_leg()
+            self.state = ALIGN
+            return
+        if far > _SPIRAL_MM:
+            # Archimedean: one metre wider each turn.
+            self._course_turn += 800 * 1000 // (1000 + (far - _SPIRAL_MM) // 12)
+        self.motion.head(error, f.gap_mm, ultrasonic_mm)
+
+    def _roll(self, tick, ultrasonic_mm):
+        f = self._follower
+        o = self._odometry
+        if self._squeeze_q4:
+            self._squeeze_q4 -= 1
+        f.disc_mm = self._disc_mm + (self._squeeze_q4 >> 4)
+        heading = f.solve()
+        if heading == BOXED_IN:
+            self.motion.stop()
+            self._boxed += 1
+            if self._boxed > _BOXED_TICKS:
+                self._hits.clear()
+                self._boxed = 0
+                self._got_stuck(tick)
+            return
+        if self._boxed:
+            self._boxed -= 1
+        if heading == NO_WALL:
+            if self.state != CORNER_OUT:
+                self._start_leg()
+                self.state = CORNER_OUT
+            self.motion.arc_right(self._disc_mm)
+            if self._leg_turn - o.turn_bam > _ARC_BAM:
+                self.abandoned = True
+                self.leave()
+            return
+        self.motion.head(heading, f.gap_mm, ultrasonic_mm)
+        if self.state == ALIGN:
+            self._align(heading)
+        else:
+            self._mode()
+
+    def _align(self, heading):
+        f = self._follower
+        if -_ALIGNED_BAM < heading < _ALIGNED_BAM and f.reference_bearing < 0:
+            self._ticks += 1
+        else:
+            self._ticks = 0
+        if self._ticks > 4:
+            self.mapping = True
+            self.started = True
+            self.state = FOLLOW
+
+    def _mode(self):
+        action = self._ir_state.action
+        if action == TURN_LEFT or action == ENCLOSED_TURN:
+            self.state = CORNER_IN
+        elif action == TURN_RIGHT or action == FREE:
+            self.state = CORNER_OUT
+        else:
+            self.state = FOLLOW
+
+    def _bumped(self, tick, bump):
+        o = self._odometry
+        f = self._follower
+        self.bumps = (self.bumps + 1) & 0xFFFF
+        nearest = f.nearest_mm
+        x_mm = o.x_um // 1000
+        y_mm = o.y_um // 1000
+        for sector in range(8):
+            if bump >> sector & 1:
+                b = o.heading_bam + sector * 8192
+                self._hits.add(x_mm + (f.body_mm * cosine(b) >> 15), y_mm + (f.body_mm * sine(b) >> 15), tick)
+        if tick - self._recent_tick > _BUMP_TICKS:
+            self._recent_tick = tick
+            self._recent_bumps = 0
+        self._recent_bumps += 1
+        if self.state <= FIND_WALL:
+            self._start_leg()
+            self.state = ALIGN
+        if self._recent_bumps > _BUMPS_MAX:
+            self._recent_bumps = 0
+            self._hits.clear()
+            self._got_stuck(tick)
+            return
+        if nearest < _CLEAR_MM and self._squeeze_q4 < 256:
+            self._squeeze_q4 += 128  # a wall that is known: keep 8 mm more from it for a while
+            return
+        self._resume = self.state
+        self._start_leg()
+        self.state = BUMP
+
+    def _got_stuck(self, tick):
+        self.stuck += 1
+        if self.stuck > _STUCK_MAX:
+            self.state = FAILED
+            self.motion.stop()
+            return
+        self._resume = ALIGN if self.state == ALIGN else FOLLOW
+        self._start_leg()
+        self.state = STUCK
+        self.motion.stop()
+
+    def _back_off(self):
+        # Back 4 cm, then left 37 degrees: that sweeps the blind sector. Half a second at least.
+        o = self._odometry
+        self._ticks += 1
+        far = o.path_mm - self._leg_mm
+        if far < _BACK_MM and self._ticks < 60:
+            self.motion.drive(-100, 0)
+        elif o.turn_bam - self._leg_turn < _BUMP_TURN and self._ticks < 150:
+            self.motion.drive(0, 1500)
+        else:
+            self.state = self._resume
+            self.motion.stop()

@@ -1,0 +1,120 @@
+# Wall following by rolling a disc over the remembered hits (design: a follower that works).
+
+from array import array
+from ..fixed import polar
+
+_REACH_MM = 350       # points farther than this block nothing
+_LINEAR = 109         # BAM a millimetre: 6 degrees a cm outside the disc
+_INSIDE = 131         # 1.2 times as much inside it
+_NARROW = 10377       # 57 degrees: the standing disc and the touching disc disagree
+_SHRINK_MM = 4
+
+NO_WALL = 1 << 20     # no point to roll along
+BOXED_IN = 1 << 21    # every heading is blocked
+
+
+class Follower:
+    # solve() gives the heading to take, relative to today's, in BAM, left positive and NOT
+    # wrapped: a dead end must be left by turning left. It scans counter-clockwise from the
+    # nearest point on the right for the first heading that no remembered hit blocks.
+    #
+    # near_bearing (int16 BAM, relative), near_mm, blocks: the hits within reach, made anew at each call.
+    # gap_mm: free way in front of the body. Allocates in __init__ only.
+
+    def __init__(self, hits):
+        self._hits = hits
+        self.near_bearing = array("h", bytes(2 * hits.CAPACITY))
+        self.near_mm = array("h", bytes(2 * hits.CAPACITY))
+        self.near_slot = bytearray(hits.CAPACITY)
+        self._blocks = array("h", bytes(2 * hits.CAPACITY))
+        self.near = 0
+        self.nearest_mm = _REACH_MM
+        self.gap_mm = _REACH_MM
+        self.reference_bearing = 0
+        self.reference_mm = 0
+        self.body_mm = 170
+        self.disc_mm = 200
+        self._error = 0
+
+    def look(self, x_mm, y_mm, heading_bam, window_bam):
+        # Collect the hits within reach; the reference is the nearest with a bearing
+        # from -200 degrees to window_bam.
+        hits = self._hits
+        xs = hits.xs
+        ys = hits.ys
+        buckets = hits.buckets
+        bearings = self.near_bearing
+        distances = self.near_mm
+        slots = self.near_slot
+        body = self.body_mm
+        n = 0
+        nearest = _REACH_MM
+        reference = _REACH_MM
+        gap = _REACH_MM
+        for i in range(64):
+            if buckets[i] != 255:
+                dx = xs[i] - x_mm
+                if -_REACH_MM < dx < _REACH_MM:
+                    dy = ys[i] - y_mm
+                    if -_REACH_MM < dy < _REACH_MM:
+                        p = polar(dx, dy)
+                        d = p >> 16
+                        if d < _REACH_MM:
+                            b = ((p - heading_bam + 32768) & 0xFFFF) - 32768
+                            bearings[n] = b
+                            distances[n] = d
+                            slots[n] = i
+                            n += 1
+                            if d < nearest:
+                                nearest = d
+                            if d < reference and (b <= window_bam or b >= 29127):
+                                reference = d
+                                self.reference_bearing = b if b < 29127 else b - 65536
+                            if -7300 < b < 7300 and d - body < gap:
+                                gap = d - body
+        self.near = n
+        self.nearest_mm = nearest
+        self.reference_mm = reference
+        self.gap_mm = gap
+
+    def solve(self):
+        if self.reference_mm == _REACH_MM:
+            return NO_WALL
+        disc = self.disc_mm
+        wide = self._scan(disc)
+        tight = self._scan(self.body_mm + 4)
+        # A narrow passage: the standing disc turns away where the body would pass.
+        # Shrink until both agree; that centres the robot.
+        while (wide - tight > _NARROW or tight - wide > _NARROW) and disc > self.body_mm + 4:
+            disc -= _SHRINK_MM
+            wide = self._scan(disc)
+        return wide
+
+    def _scan(self, disc_mm):
+        n = self.near
+        bearings = self.near_bearing
+        distances = self.near_mm
+        blocks = self._blocks
+        for i in range(n):
+            e = distances[i] - disc_mm
+            if e < -90:
+                e = -90
+            blocks[i] = 16384 - (e * _LINEAR if e > 0 else e * _INSIDE)
+        start = self.reference_bearing
+        e = self.reference_mm - disc_mm
+        if e < -90:
+            e = -90
+        heading = start + 16384 - (e * _LINEAR if e > 0 else e * _INSIDE)
+        moved = True
+        while moved:
+            moved = False
+            for i in range(n):
+                a = blocks[i]
+                if a > 0:
+                    d = ((heading - bearings[i] + 32768) & 0xFFFF) - 32768
+                    if -a < d < a:
+                        heading += a - d
+                        moved = True
+            if heading - start > 65536:
+                return BOXED_IN
+        return heading

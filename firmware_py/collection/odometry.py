@@ -1,0 +1,75 @@
+# Dead reckoning from encoder pulses (Paper eq. 1 and 2), integers only.
+
+from ..fixed import sine, cosine, ratio
+
+_PULSES_MAX = 64  # a tick; more than 1.4 m/s is a broken encoder
+
+
+class Odometry:
+    # Pose in the ODOMETRY frame: x_um, y_um, heading_bam (0..65535). It begins at the
+    # dock pose and is never corrected; localization.py keeps the correction beside it.
+    #
+    # No fraction is lost: heading is an exact multiple of the pulse difference, and the
+    # remainders of distance and of both coordinates are carried from tick to tick.
+    # Departure from Paper eq. 1: heading rate (v_r - v_l)/track, and the midpoint heading.
+
+    def __init__(self):
+        self.x_um = 0
+        self.y_um = 0
+        self.heading_bam = 0
+        self.turn_bam = 0        # unwrapped heading, for the winding number
+        self.path_um = 0         # below 1 mm; path_mm holds the rest
+        self.path_mm = 0
+        self.step_um = 0         # of the last tick
+        self.middle_bam = 0      # heading in the middle of the last tick
+        self.glitches = 0
+        self._um_q12 = 0         # micrometres a pulse
+        self._bam_q13 = 0        # BAM a pulse of difference
+        self._heading_q13 = 0
+        self._rest_um = 0
+        self._rest_x = 0
+        self._rest_y = 0
+
+    def begin(self, x_um, y_um, heading_bam, wheel_um, track_um, pulses):
+        # Paper eq. 2: 2 pi R / N a pulse, with pi = 355/113.
+        self._um_q12 = ratio(wheel_um * 355, 113, pulses, 12)
+        # 65536 / (2 pi) * 2 pi R / (N W): pi cancels.
+        self._bam_q13 = ratio(wheel_um, track_um, pulses, 28)
+        self.x_um = x_um
+        self.y_um = y_um
+        self.heading_bam = heading_bam
+        self.middle_bam = heading_bam
+        self._heading_q13 = heading_bam << 13
+
+    def update(self, left, right):
+        if left > _PULSES_MAX or left < -_PULSES_MAX or right > _PULSES_MAX or right < -_PULSES_MAX:
+            self.glitches = (self.glitches + 1) & 0xFFFF
+            left = right = 0
+        turn = (self._heading_q13 + (right - left) * self._bam_q13) & 0x1FFFFFFF
+        self._heading_q13 = turn
+        turn >>= 13
+        turned = ((turn - self.heading_bam + 32768) & 0xFFFF) - 32768
+        middle = (self.heading_bam + (turned >> 1)) & 0xFFFF
+        self.middle_bam = middle
+        self.heading_bam = turn
+        self.turn_bam += turned
+        if self.turn_bam > 0x1FFFFFFF or self.turn_bam < -0x1FFFFFFF:
+            self.turn_bam = 0
+        s = (left + right) * self._um_q12 + self._rest_um
+        self._rest_um = s & 0x1FFF
+        s >>= 13
+        self.step_um = s
+        p = s * cosine(middle) + self._rest_x
+        self.x_um += p >> 15
+        self._rest_x = p & 0x7FFF
+        p = s * sine(middle) + self._rest_y
+        self.y_um += p >> 15
+        self._rest_y = p & 0x7FFF
+        if self.x_um > 0x1FFFFFFF or self.x_um < -0x1FFFFFFF or self.y_um > 0x1FFFFFFF or self.y_um < -0x1FFFFFFF:
+            self.x_um = self.y_um = 0  # 536 m from the dock: no home; absurd input must stay bounded
+            self.glitches = (self.glitches + 1) & 0xFFFF
+        self.path_um += s if s >= 0 else -s
+        while self.path_um >= 1000:
+            self.path_um -= 1000
+            if self.path_mm < 0x1FFFFFFF:
+                self.path_mm += 1

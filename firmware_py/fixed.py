@@ -1,0 +1,94 @@
+# Fixed-point geometry. Angles are BAM: 65536 = one turn, wrapped by mask; sines Q15.
+# Every argument and result, and all in between, stays below 2**30 in magnitude.
+
+from .tables import SINE_Q15, ATAN_BAM, HYPOT_Q16
+
+TURN = 65536
+HALF_TURN = 32768
+QUARTER_TURN = 16384
+
+
+def sine(bam):
+    # Q15 sine, |error| <= 2: quarter table of 128 steps, linear between.
+    q = bam & 0x7FFF
+    if q > 16384:
+        q = 32768 - q
+    i = (q >> 7) << 1
+    a = SINE_Q15[i] | SINE_Q15[i + 1] << 8
+    f = q & 127
+    if f:
+        a += ((SINE_Q15[i + 2] | SINE_Q15[i + 3] << 8) - a) * f >> 7
+    return -a if bam & 0x8000 else a
+
+
+def cosine(bam):
+    return sine(bam + 16384)
+
+
+def wrap(bam):
+    # The same angle in -32768..32767.
+    return ((bam + 32768) & 0xFFFF) - 32768
+
+
+def polar(dx, dy):
+    # Distance << 16 | bearing (0..65535) of (dx, dy), packed so that one small int
+    # comes back and nothing is allocated. Distance below 16384; bearing within 0.12 degrees.
+    ax = dx if dx >= 0 else -dx
+    ay = dy if dy >= 0 else -dy
+    if ax >= ay:
+        if ax == 0:
+            return 0
+        i = ((ay << 8) + (ax >> 1)) // ax << 1
+        b = ATAN_BAM[i] | ATAN_BAM[i + 1] << 8
+        d = ax
+    else:
+        i = ((ax << 8) + (ay >> 1)) // ay << 1
+        b = 16384 - (ATAN_BAM[i] | ATAN_BAM[i + 1] << 8)
+        d = ay
+    d += d * (HYPOT_Q16[i] | HYPOT_Q16[i + 1] << 8) >> 16
+    if dx < 0:
+        b = 32768 - b
+    if dy < 0:
+        b = -b
+    return d << 16 | (b & 0xFFFF)
+
+
+def isqrt(n):
+    # Floor of the square root of 0 <= n < 2**30, bit by bit.
+    root = 0
+    bit = 1 << 28
+    while bit > n:
+        bit >>= 2
+    while bit:
+        if n >= root + bit:
+            n -= root + bit
+            root = (root >> 1) + bit
+        else:
+            root >>= 1
+        bit >>= 2
+    return root
+
+
+def clamp(value, low, high):
+    return low if value < low else high if value > high else value
+
+
+def ratio(numerator, denominator, divisor, bits):
+    # floor(numerator / denominator / divisor * 2**bits) by long division, two
+    # dividers in a row, so that no product is ever formed.
+    quotient = numerator // denominator
+    rest = numerator - quotient * denominator
+    result = quotient // divisor
+    rest2 = quotient - result * divisor
+    while bits:
+        bits -= 1
+        rest <<= 1
+        rest2 <<= 1
+        result <<= 1
+        if rest >= denominator:
+            rest -= denominator
+            rest2 += 1
+        if rest2 >= divisor:
+            rest2 -= divisor
+            result += 1
+    return result

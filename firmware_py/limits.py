@@ -1,0 +1,21 @@
+# Every capacity of the core in one place, each with its reason and its assertion.
+
+HITS_MAX = 64            # the follower needs 48; 64 leaves a margin (design study, eight homes)
+assert HITS_MAX == 64    # HitRing masks its index
+
+POINTS_MAX = 64          # turning points not yet built into vectors
+assert POINTS_MAX & (POINTS_MAX - 1) == 0
+
+CRUMBS_MAX = 160         # 40 m at 25 cm; the spacing doubles when they run out
+assert CRUMBS_MAX % 2 == 0
+
+VECTORS_MAX = 768        # an office of 535 true vectors gives about 700 mapped ones
+assert VECTORS_MAX < 4096
+
+CHAINS_MAX = 64          # barriers of one floor, and the pieces of a broken outline
+assert CHAINS_MAX < 256
+
+ANCHORS_MAX = 32
+
+COORDINATE_MAX_UM = 1 << 29  # 536 m: beyond it the odometry starts again at 0
+assert COORDINATE_MAX_UM < 1 << 30

@@ -1,0 +1,111 @@
+# Where the robot has been along the wall that it follows: how a loop is recognised.
+
+from array import array
+from ..fixed import polar
+from ..limits import CRUMBS_MAX
+
+_SPACING_MM = 250
+_LOOK = 4               # crumbs compared a tick: each of 160 comes round in 0.8 s = 24 cm
+_HEADING_BAM = 3641     # 20 degrees
+_TURN_BAM = 7282        # 40 degrees of a whole turn
+_OUTLINE_MM = 4000
+_ISLAND_MM = 1200       # a chair leg is 1.6 m round
+
+OPEN = 0
+OUTLINE_CLOSED = 1      # winding +360: the wall encloses the robot
+ISLAND_CLOSED = 2       # winding -360: the robot went round it
+
+
+class Breadcrumbs:
+    # One crumb every 25 cm: x, y int16 in 5 mm of the MAP frame, heading u8 (turn / 256), winding
+    # int16 (turn / 256), path u16 (cm), vector u16 (records stored when it was dropped).
+    # Full: every second crumb goes and the spacing doubles; `lost` counts them.
+    # Cleared at the start of each barrier. Allocates in __init__ only. Written by Explorer.
+
+    RECORD_BYTES = 11
+
+    def __init__(self):
+        self._xs = array("h", bytes(2 * CRUMBS_MAX))
+        self._ys = array("h", bytes(2 * CRUMBS_MAX))
+        self._turns = array("h", bytes(2 * CRUMBS_MAX))
+        self._paths = array("H", bytes(2 * CRUMBS_MAX))
+        self.vectors = array("H", bytes(2 * CRUMBS_MAX))
+        self._headings = bytearray(CRUMBS_MAX)
+        self.used = 0
+        self.lost = 0
+        self.closed_at = 0
+        self._spacing_mm = _SPACING_MM
+        self._start_mm = 0
+        self._next_mm = 0
+        self._start_turn = 0
+        self._cursor = 0
+
+    def clear(self, path_mm, turn_bam):
+        self.used = 0
+        self._spacing_mm = _SPACING_MM
+        self._start_mm = path_mm
+        self._next_mm = path_mm
+        self._start_turn = turn_bam
+        self._cursor = 0
+
+    def visit(self, x_mm, y_mm, heading_bam, turn_bam, path_mm, vectors, tolerance_mm):
+        # Called each tick: drops a crumb when due, and looks at a few old ones.
+        # -> OPEN, OUTLINE_CLOSED or ISLAND_CLOSED with the crumb in closed_at.
+        turn = (turn_bam - self._start_turn) >> 8
+        path = (path_mm - self._start_mm) // 10
+        if path_mm >= self._next_mm:
+            self._drop(x_mm, y_mm, heading_bam, turn, path, vectors, path_mm)
+        if tolerance_mm < self._spacing_mm * 6 // 10:
+            tolerance_mm = self._spacing_mm * 6 // 10
+        n = self.used if self.used < _LOOK else _LOOK
+        while n:
+            n -= 1
+            i = self._cursor
+            self._cursor = i + 1 if i + 1 < self.used else 0
+            wound = turn - self._turns[i]
+            if 228 < wound < 284:
+                length = _OUTLINE_MM
+            elif -284 < wound < -228:
+                length = _ISLAND_MM
+            else:
+                continue
+            if (path - self._paths[i]) * 10 < length:
+                continue
+            d = ((heading_bam >> 8) - self._headings[i] + 128 & 255) - 128
+            if d > 14 or d < -14:
+                continue
+            dx = x_mm - self._xs[i] * 5
+            dy = y_mm - self._ys[i] * 5
+            if dx > tolerance_mm or dx < -tolerance_mm or dy > tolerance_mm or dy < -tolerance_mm:
+                continue
+            if polar(dx, dy) >> 16 <= tolerance_mm:
+                self.closed_at = i
+                return OUTLINE_CLOSED if wound > 0 else ISLAND_CLOSED
+        return OPEN
+
+    def _drop(self, x_mm, y_mm, heading_bam, turn, path, vectors, path_mm):
+        if self.used == CRUMBS_MAX:
+            for i in range(CRUMBS_MAX // 2):
+                self._xs[i] = self._xs[2 * i]
+                self._ys[i] = self._ys[2 * i]
+                self._turns[i] = self._turns[2 * i]
+                self._paths[i] = self._paths[2 * i]
+                self.vectors[i] = self.vectors[2 * i]
+                self._headings[i] = self._headings[2 * i]
+            self.used = CRUMBS_MAX // 2
+            self.lost = (self.lost + CRUMBS_MAX // 2) & 0xFFFF
+            self._spacing_mm *= 2
+            self._cursor = 0
+        i = self.used
+        self._xs[i] = _int16(x_mm // 5)
+        self._ys[i] = _int16(y_mm // 5)
+        self._turns[i] = _int16(turn)
+        self._paths[i] = path if path < 65535 else 65535
+        self.vectors[i] = vectors
+        self._headings[i] = heading_bam >> 8
+        self.used = i + 1
+        self._next_mm = path_mm + self._spacing_mm
+
+
+def _int16(v):
+    return -32768 if v < -32768 else 32767 if v > 32767 else v

@@ -1,0 +1,100 @@
+# The compact vector store: the map itself (Paper eq. 6), 6 bytes a vector.
+
+from array import array
+from ..limits import VECTORS_MAX, CHAINS_MAX
+
+# flags
+CONCAVE = 1        # the vector begins at a concave point (a reflex corner of free space)
+LONG = 2           # at least 1 m
+SNAPPED = 4        # direction snapped to a dominant axis
+CHAIN_END = 8      # last vertex of an open chain: no vector begins here
+VISIT = 16         # bits 4-7 count the passes
+
+# kind of a chain
+OUTLINE = 0
+BARRIER = 1
+SEARCHED = 4
+
+
+class VectorStore:
+    # Vertices in map units of 5 mm; a vector runs from its record to the next one of its
+    # chain, and the last one of a closed chain back to the first. Length and direction are derived.
+    #   vector  x int16, y int16, sigma u8 (mm), flags u8                 6 B
+    #   chain   first u16, count u8, kind | searched | region u8          4 B
+    # A chain of over 255 records goes on in the next one. Records are appended to the open
+    # chain only. Full: the record is refused and counted in `lost`; what stands stays.
+    # Allocates in __init__ only. Written by WallMapper; `generation` changes with every write.
+
+    RECORD_BYTES = 6
+
+    def __init__(self):
+        self.xs = array("h", bytes(2 * VECTORS_MAX))
+        self.ys = array("h", bytes(2 * VECTORS_MAX))
+        self.sigmas = bytearray(VECTORS_MAX)
+        self.flags = bytearray(VECTORS_MAX)
+        self.firsts = array("H", bytes(2 * CHAINS_MAX))
+        self.counts = bytearray(CHAINS_MAX)
+        self.kinds = bytearray(CHAINS_MAX)
+        self.used = 0
+        self.chains = 0
+        self.lost = 0
+        self.chains_lost = 0
+        self.generation = 0
+
+    def open_chain(self, kind):
+        if self.chains == CHAINS_MAX:
+            self.chains_lost = (self.chains_lost + 1) & 0xFFFF
+            return False
+        c = self.chains
+        self.firsts[c] = self.used
+        self.counts[c] = 0
+        self.kinds[c] = kind
+        self.chains = c + 1
+        self.generation = (self.generation + 1) & 0xFFFF
+        return True
+
+    def append(self, x, y, sigma_mm, flags):
+        # x, y in map units. False when a store is full or no chain is open.
+        c = self.chains - 1
+        if c >= 0 and self.counts[c] == 255:
+            if not self.open_chain(self.kinds[c]):
+                self.lost = (self.lost + 1) & 0xFFFF
+                return False
+            c += 1
+        i = self.used
+        if c < 0 or i == VECTORS_MAX:
+            self.lost = (self.lost + 1) & 0xFFFF
+            return False
+        self.xs[i] = x if -32768 <= x <= 32767 else 0
+        self.ys[i] = y if -32768 <= y <= 32767 else 0
+        self.sigmas[i] = sigma_mm if sigma_mm < 255 else 255
+        self.flags[i] = flags
+        self.counts[c] += 1
+        self.used = i + 1
+        self.generation = (self.generation + 1) & 0xFFFF
+        return True
+
+    def drop(self, begin, end):
+        # Forget the records begin..end-1; those behind move down, empty chains go.
+        n = end - begin
+        if n <= 0 or begin < 0 or end > self.used:
+            return
+        for i in range(end, self.used):
+            self.xs[i - n] = self.xs[i]
+            self.ys[i - n] = self.ys[i]
+            self.sigmas[i - n] = self.sigmas[i]
+            self.flags[i - n] = self.flags[i]
+        kept = 0
+        for c in range(self.chains):
+            first = self.firsts[c]
+            last = first + self.counts[c]
+            first -= 0 if first <= begin else n if first >= end else first - begin
+            last -= 0 if last <= begin else n if last >= end else last - begin
+            if last > first:
+                self.firsts[kept] = first
+                self.counts[kept] = last - first
+                self.kinds[kept] = self.kinds[c]
+                kept += 1
+        self.chains = kept
+        self.used -= n
+        self.generation = (self.generation + 1) & 0xFFFF

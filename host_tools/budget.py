@@ -1,0 +1,109 @@
+"""`host_tools budget`: what each store and buffer of the running core costs, byte by byte.
+
+Every size comes from the core by message (HELLO, MEMORY by STATUS, one STORE record a
+store); nothing is computed from our own constants. Beside it stands what the
+paper's map alone needs.
+"""
+
+import json
+import sys
+
+from host_tools import core_process
+from host_tools.core_process import CoreError
+from host_tools.core_session import CoreSession
+from host_tools.terminal_port import PortError
+
+PAPER_BYTES = 28200     # Paper Table 2: the topological-vector map of 458 vectors takes 28.2 KB
+PAPER_VECTORS = 458
+STORE_SECTION = 2       # IDENTIFY section that is answered by a STORE record
+EXIT_OK = 0
+EXIT_USAGE = 2
+EXIT_PEER = 3
+
+
+def add_arguments(parser):
+    core_process.add_arguments(parser)
+    parser.add_argument("--json", metavar="FILE", default=None, help="also write the figures to FILE")
+
+
+def run(args):
+    try:
+        with core_process.running_core(args.target, args.heap) as port:
+            figures = measure(CoreSession(port), args.target)
+    except (CoreError, PortError) as error:
+        print("budget: %s" % error, file=sys.stderr)
+        return EXIT_PEER
+    print("\n".join(report(figures)))
+    if args.json is not None:
+        try:
+            with open(args.json, "w", encoding="utf-8") as file:
+                json.dump(figures, file, indent=1)
+                file.write("\n")
+        except OSError as error:
+            print("budget: %s cannot be written: %s." % (args.json, (error.strerror or str(error)).lower()), file=sys.stderr)
+            return EXIT_USAGE
+    return EXIT_OK
+
+
+def measure(core, target):
+    """All that the core says of its memory; what it does not measure on its target is None."""
+    hello = core.handshake()
+    stores = []
+    for index in range(hello["stores"]):
+        store = core.ask("IDENTIFY", {"section": STORE_SECTION, "offset": index}, "STORE",
+                         lambda fields, want=index: fields["index"] == want)
+        if store is None:
+            raise CoreError("The core has %d stores by its HELLO, but does not describe number %d." % (hello["stores"], index))
+        stores.append({"name": store["name"], "used": store["used"], "capacity": store["capacity"],
+                       "record_bytes": store["record_bytes"], "bytes": store["capacity"] * store["record_bytes"]})
+    status = core.ask("STATUS", {"flags": 0}, "STATUS_RSP", lambda fields: True) or {}
+    heap = status.get("heap_bytes", hello["heap_bytes"])
+    used = status.get("heap_used_bytes", hello["heap_used_bytes"])
+    code = hello["heap_code_bytes"]
+    return {
+        "target": target, "stores": stores, "stores_bytes": sum(store["bytes"] for store in stores),
+        "heap_bytes": heap or None, "heap_used_bytes": used or None, "heap_code_bytes": code or None,
+        "heap_data_bytes": used - code if used and code else None,
+        "heap_locked": bool(status["heap_locked"]) if status else None,
+        "allocated_after_boot_bytes": status.get("allocated_after_boot_bytes"),
+        "paper_bytes": PAPER_BYTES,
+    }
+
+
+def report(figures):
+    """The figures as a table, then one line on each sum."""
+    stores = figures["stores"]
+    rows = [("store", "records", "B each", "bytes", "share")]
+    total = figures["stores_bytes"]
+    for store in sorted(stores, key=lambda store: -store["bytes"]):
+        rows.append((store["name"], grouped(store["capacity"]), grouped(store["record_bytes"]), grouped(store["bytes"]),
+                     "%.1f %%" % (100 * store["bytes"] / total if total else 0)))
+    rows.append(("all stores", "", "", grouped(total), ""))
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+    lines = ["  ".join([row[0].ljust(widths[0])] + [row[i].rjust(widths[i]) for i in range(1, 5)]) for row in rows]
+    return lines + [""] + heap_lines(figures) + [paper_line(total)]
+
+
+def heap_lines(figures):
+    used, code, data = figures["heap_used_bytes"], figures["heap_code_bytes"], figures["heap_data_bytes"]
+    if used is None:
+        return ["Heap: not measured on this target (%s)." % figures["target"]]
+    text = "Heap after boot: %s" % grouped(used)
+    if figures["heap_bytes"]:
+        text += " of %s B (%.1f %%)" % (grouped(figures["heap_bytes"]), 100 * used / figures["heap_bytes"])
+    lines = [text + (", locked" if figures["heap_locked"] else ", not locked") + "; allocated since: %s B." % (
+        "unknown" if figures["allocated_after_boot_bytes"] is None else grouped(figures["allocated_after_boot_bytes"]))]
+    if data is not None:
+        lines.append("Of it code %s B, data %s B: the stores above %s B, objects and buffers around them %s B." % (
+            grouped(code), grouped(data), grouped(figures["stores_bytes"]), grouped(data - figures["stores_bytes"])))
+    return lines
+
+
+def paper_line(total):
+    """Paper Table 2 reads 28.2 KB; as 28,200 B, the smaller reading."""
+    return "The paper's map of %d vectors alone takes %s B: all stores here are %.1f %% of that." % (
+        PAPER_VECTORS, grouped(PAPER_BYTES), 100 * total / PAPER_BYTES)
+
+
+def grouped(value):
+    return "{:,}".format(value)

@@ -1,0 +1,60 @@
+"""`host_tools SUBCOMMAND`: each subcommand is a module, imported only when it is asked for.
+
+A module offers `add_arguments(parser)` and `run(args) -> exit code`.
+Exit codes: 0 done, 1 the mission did not finish, 2 bad arguments, 3 a peer failed.
+"""
+
+import argparse
+import importlib
+import os
+import sys
+
+from host_tools import __version__
+
+SUBCOMMANDS = {
+    # name: (module, help)
+    "hil": ("host_tools.hil", "run one mission: virtual robot + core, scored against the home's truth"),
+    "monitor": ("host_tools.monitor", "watch a running core on a port or a tap"),
+    "budget": ("host_tools.budget", "what each store and buffer of the core costs, byte by byte"),
+    "param": ("host_tools.param", "list, read or set the core's parameters"),
+    "homes": ("host_tools.homes", "list, check or draw homes"),
+    "robot-drawing": ("host_tools.robot_drawing", "draw the sensor mounting from the robot's configuration"),
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        """One sentence with the way out instead of the whole usage text."""
+        self.exit(2, "%s: %s; see %s --help\n" % (self.prog, message, self.prog))
+
+
+def main(argv=None):
+    argv = sys.argv[1:] if argv is None else list(argv)
+    parser = _Parser(prog="host_tools", description="Tools for people around the TVSLAM core.", allow_abbrev=False)
+    parser.add_argument("--version", action="version", version="host_tools " + __version__)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    chosen = next((word for word in argv if not word.startswith("-")), None)
+    module = None
+    for name, (module_name, text) in SUBCOMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+        if name == chosen:
+            module = importlib.import_module(module_name)
+            module.add_arguments(command)
+    args = parser.parse_args(argv)
+    if module is None:
+        parser.print_help()
+        return 2
+    return _run(module, args)
+
+
+def _run(module, args):
+    try:
+        return module.run(args)
+    except KeyboardInterrupt:
+        print("host_tools: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader of our output (head, less) has gone: not an error, but Python would
+        # complain once more at exit unless stdout is pointed elsewhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0

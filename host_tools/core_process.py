@@ -1,0 +1,93 @@
+"""A core of its own for a tool: started on a private pty, or found on a port, and stopped again.
+
+`with running_core("unix", "192k") as port:` yields the TerminalPort on which it speaks.
+"""
+
+import contextlib
+import importlib.util
+import os
+import pty
+import shutil
+import sys
+import tty
+
+from host_tools.processes import Children
+from host_tools.terminal_port import PortClosed, TerminalPort
+
+TARGETS = "cpython, unix or port:DEVICE"
+
+
+class CoreError(Exception):
+    """One sentence: the core could not be had, and what to do."""
+
+
+def add_arguments(parser):
+    parser.add_argument("--target", default="unix", metavar="TARGET",
+                        help="unix (default): the MicroPython VM; cpython; or port:DEVICE, a core that already runs there")
+    parser.add_argument("--heap", default="192k", metavar="SIZE", help="heap of the MicroPython VM (default 192k)")
+
+
+def packages_folder():
+    """The folder that holds firmware_py and protocol, from which the core is started."""
+    spec = importlib.util.find_spec("firmware_py")
+    if spec is None or not spec.submodule_search_locations:
+        raise CoreError("The package firmware_py is not installed beside host_tools: install the whole of tvslam.")
+    return os.path.dirname(os.path.abspath(list(spec.submodule_search_locations)[0]))
+
+
+def micropython_command():
+    """The VM that was installed beside this Python, else the one on PATH."""
+    beside = os.path.join(os.path.dirname(sys.executable), "micropython")
+    found = beside if os.access(beside, os.X_OK) else shutil.which("micropython")
+    if found is None:
+        raise CoreError("The target unix needs the command micropython, which is not here: pip install 'tvslam[unix]', or use "
+                        "--target cpython.")
+    return found
+
+
+def command(target, heap, path):
+    """The argument vector that runs the core on the pty `path`."""
+    if target == "cpython":
+        return [sys.executable, "-m", "firmware_py", path]
+    if target == "unix":
+        return [micropython_command(), "-X", "heapsize=" + heap, "-m", "firmware_py", path]
+    raise CoreError("'%s' is no target: give %s." % (target, TARGETS))
+
+
+@contextlib.contextmanager
+def running_core(target, heap):
+    if target.startswith("port:"):
+        with TerminalPort(target[len("port:"):]) as port:
+            yield port
+        return
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    # Held open by us as well, so that the master sees no hang-up before the core has opened its end.
+    with Children() as children, _MasterPort(master, slave) as port:
+        argv = command(target, heap, os.ttyname(slave))
+        port.child = children.start("core", argv, cwd=packages_folder())
+        yield port
+
+
+class _MasterPort(TerminalPort):
+    """Our end of the core's pty: as a TerminalPort, and it knows when the core has died."""
+
+    def __init__(self, master, slave):
+        self.child = None
+        self._slave = slave
+        os.set_blocking(master, False)
+        self._adopt(master, "the core's pty")
+
+    def read(self, timeout_s=0.0):
+        data = super().read(min(timeout_s, 0.1))
+        if not data and self.child is not None and self.child.poll() is not None:
+            said = self.child.text().strip().splitlines()
+            raise PortClosed("The core ended at once with exit code %d: %s" % (
+                self.child.poll(), said[-1] if said else "it said nothing."))
+        return data
+
+    def close(self):
+        super().close()
+        if self._slave >= 0:
+            os.close(self._slave)
+            self._slave = -1

@@ -1,0 +1,72 @@
+"""The files of --out. Those written here are replaced, others in the folder are left alone."""
+
+import json
+import math
+import os
+
+from host_tools.evaluate import tum_rows
+from host_tools.picture import draw_mission
+
+FILES = ("map.geojson", "map.bin", "map.png", "estimate.tum", "truth.tum", "result.json")
+
+
+def write_all(folder, home, mission, vector_map, result):
+    """Write what there is; returns sentences about files that there is nothing for."""
+    notes = []
+    for name in FILES:  # a file of an earlier mission must not pass for one of this
+        path = os.path.join(folder, name)
+        if os.path.lexists(path):
+            os.unlink(path)
+    if mission is not None:
+        estimate, truth = tum_rows(mission)
+        _write_text(folder, "estimate.tum", tum(estimate))
+        _write_text(folder, "truth.tum", tum(truth))
+        notes += _pictures(folder, home, mission, vector_map, result)
+    if vector_map is not None:
+        _write_text(folder, "map.geojson", json.dumps(geojson(vector_map, home.name), indent=1) + "\n")
+        with open(os.path.join(folder, "map.bin"), "wb") as file:
+            file.write(mission.map_bytes)
+    write_result(os.path.join(folder, "result.json"), result)
+    return notes
+
+
+def write_result(path, result):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(json.dumps(result, indent=2, allow_nan=False) + "\n")
+
+
+def geojson(vector_map, name):
+    """Local metres, x right and y up: not longitude and latitude."""
+    features = []
+    for number, chain in enumerate(vector_map.chains):
+        for order, (x0, y0, x1, y1) in enumerate(chain.vectors()):
+            features.append({
+                "type": "Feature",
+                "geometry": {"type": "LineString", "coordinates": [_point(x0, y0), _point(x1, y1)]},
+                "properties": {"kind": chain.kind_name, "chain": number, "order": order,
+                               "sigma_mm": int(chain.sigma_mm[order]), "region": chain.region}})
+    return {"type": "FeatureCollection", "name": name, "coordinate_system": "local metres, x right, y up", "features": features}
+
+
+def _point(x, y):
+    return [round(float(x), 3), round(float(y), 3)]
+
+
+def tum(rows):
+    """t x y z qx qy qz qw, a line a row of (t_s, x_m, y_m, heading_rad)."""
+    lines = ["%.2f %.6f %.6f 0 0 0 %.9f %.9f\n" % (t, x, y, math.sin(heading / 2), math.cos(heading / 2))
+             for t, x, y, heading in rows]
+    return "".join(lines)
+
+
+def _pictures(folder, home, mission, vector_map, result):
+    try:
+        draw_mission(os.path.join(folder, "map.png"), home, mission, vector_map, result)
+    except ImportError:
+        return ["map.png was left out: matplotlib is not installed; pip install 'tvslam[plot]' gets it."]
+    return []
+
+
+def _write_text(folder, name, text):
+    with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+        file.write(text)

@@ -1,0 +1,88 @@
+"""`host_tools hil HOME`: one mission of the core against the virtual robot, scored and kept.
+
+Exit code 0 exactly when the mission finished, 1 when it did not, 2 on bad arguments or a bad
+home, 3 when a peer failed. The result file is written in each case but 2.
+"""
+
+import contextlib
+import os
+import sys
+import tempfile
+
+from host_tools import evaluate, export, report
+from host_tools.hil_options import UsageError, add_arguments, check, check_places
+from host_tools.launch import core_command
+from host_tools.mission_log import LogError, read_mission
+from host_tools.mission_run import run_mission
+from host_tools.processes import signals_as_interrupt
+from host_tools.progress import Progress
+from host_tools.score import HomeTruth
+from sim_device.home import HomeError, load_home
+
+__all__ = ("add_arguments", "run")
+
+
+def run(args):
+    try:
+        check(args)
+        home = load_home(args.home)
+        check_places(args)
+        if not args.target.startswith("port:"):
+            core_command(args.target, args.heap, "")  # is there an interpreter for it?
+        with signals_as_interrupt(), tempfile.TemporaryDirectory(prefix="tvslam-") as folder:
+            return _mission(args, home, folder)
+    except (UsageError, HomeError) as error:
+        print("host_tools hil: %s" % error, file=sys.stderr)
+        return 2
+
+
+def _mission(args, home, folder):
+    log = os.path.abspath(args.log) if args.log else os.path.join(folder, "mission.log")
+    truth_path = os.path.join(folder, "truth.bin")
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(log)  # an old log must not pass for this mission's
+    outcome = run_mission(args, os.path.abspath(home.path), folder, log, truth_path, Progress())
+    if outcome.exit_code == 2:
+        raise UsageError(outcome.sentence)
+    result, mission, vector_map, notes = _evaluate(args, home, log, truth_path, outcome)
+    if args.out:
+        notes += export.write_all(args.out, home, mission, vector_map, result)
+    if args.json:
+        export.write_result(args.json, result)
+    _say(args, home, result, vector_map, notes)
+    if outcome.exit_code == 3:
+        print("host_tools hil: %s" % outcome.sentence, file=sys.stderr)
+        return 3
+    return 0 if result["finished"] else 1
+
+
+def _evaluate(args, home, log, truth_path, outcome):
+    result = evaluate.empty_result(home.name, vars(args))
+    result["map"]["true_rooms"] = len(home.rooms)
+    mission = vector_map = None
+    notes = []
+    try:
+        mission = read_mission(log, truth_path)
+        if mission.damaged:
+            notes.append("The log breaks off: %s." % mission.damaged)
+        vector_map, why_not = evaluate.mission_map(mission)
+        evaluate.evaluate(result, mission, HomeTruth(home), vector_map, outcome.end, len(home.rooms))
+        if why_not:
+            notes.append("No map to score: %s." % why_not)
+    except LogError as error:
+        notes.append(str(error))
+    if outcome.exit_code == 3 or outcome.interrupted:
+        result["finished"], result["reason"] = False, outcome.sentence
+    elif not result["finished"] and result["reason"] in ("", "running"):
+        result["reason"] = outcome.sentence or "ended before the mission did"
+    return result, mission, vector_map, notes
+
+
+def _say(args, home, result, vector_map, notes):
+    if vector_map is not None:
+        print("\n".join(report.picture(home, vector_map)))
+    print("\n".join(report.table(result)))
+    for note in notes:
+        print(note, file=sys.stderr)
+    if args.out:
+        print("files           %s" % os.path.join(args.out, ""))

@@ -1,0 +1,124 @@
+"""The arguments of `hil`, and what is wrong with them in one sentence each, before anything starts."""
+
+import os
+import re
+import stat
+
+LATER_TARGETS = {"stm32": "the emulated STM32"}
+LINKS_LATER = ("slcan", "slcan-fd", "udp", "semihost")
+UWB = ("paper", "rssi_real", "tof", "tof_nlos", "none")
+ODOMETRY = ("calibrated", "poor")
+MODES = ("improved", "paper")
+DEFAULT_HEAP = "192k"
+SEED_MAX = 2 ** 32 - 1
+
+
+class UsageError(Exception):
+    """Its text is one sentence: what is wrong and the way out."""
+
+
+def add_arguments(parser):
+    parser.add_argument("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
+    parser.add_argument("--target", default="unix", help="where the core runs: unix (default), cpython, port:DEV")
+    parser.add_argument("--link", default="pty", help="what joins robot and core: pty")
+    parser.add_argument("--mode", default="improved", help="improved (default) or paper: every improvement off")
+    parser.add_argument("--uwb", default="paper", help="error of the UWB receiver: %s" % ", ".join(UWB))
+    parser.add_argument("--odometry", default="calibrated", help="error of the wheels: %s" % ", ".join(ODOMETRY))
+    parser.add_argument("--seed", default="1", help="seed of every error and of the stops (default 1)")
+    parser.add_argument("--heap", default=DEFAULT_HEAP, help="heap of the MicroPython VM on unix (default 192k)")
+    parser.add_argument("--realtime", action="store_true", help="no faster than the robot would drive")
+    parser.add_argument("--log", metavar="FILE", help="keep the log of every frame")
+    parser.add_argument("--json", metavar="FILE", help="write the result file")
+    parser.add_argument("--out", metavar="DIR", help="write map.geojson, map.bin, map.png, *.tum and result.json")
+    parser.add_argument("--set", metavar="FLAG=on|off", action="append", default=[], help="switch one improvement")
+    parser.add_argument("--robot", metavar="ROBOT.toml", help="the robot's configuration")
+    # Named by the contract, built later: taken here so that they are refused with a sentence of their own.
+    parser.add_argument("--task", default="map", help="map")
+    parser.add_argument("--passes", default="1", help="1")
+    parser.add_argument("--then", metavar="HOME2", help="not built yet")
+    parser.add_argument("--faults", metavar="SPEC", help="not built yet")
+
+
+def check(args):
+    """Raise UsageError for the first argument that cannot be served; make the numbers numbers."""
+    _not_built(args)
+    _one_of(args.mode, "--mode", MODES)
+    _one_of(args.uwb, "--uwb", UWB)
+    _one_of(args.odometry, "--odometry", ODOMETRY)
+    if not re.fullmatch(r"\d{1,10}", args.seed) or int(args.seed) > SEED_MAX:
+        raise UsageError("--seed %s is not a whole number from 0 to %d." % (args.seed, SEED_MAX))
+    args.seed = int(args.seed)
+    if not re.fullmatch(r"[1-9]\d{0,9}[kKmM]?", args.heap):
+        raise UsageError("--heap %s is not a size: give bytes, or a number with k or m, like %s." % (args.heap, DEFAULT_HEAP))
+    for setting in args.set:
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*=(on|off)", setting):
+            raise UsageError("--set %s is not FLAG=on or FLAG=off." % setting)
+    if args.robot and not os.path.isfile(args.robot):
+        raise UsageError("--robot %s is not a file; give a robot configuration in TOML." % args.robot)
+
+
+def _not_built(args):
+    kind = args.target.split(":", 1)[0]
+    if kind in LATER_TARGETS:
+        raise UsageError("--target %s (%s) is not built yet; use unix, cpython or port:DEV." % (args.target, LATER_TARGETS[kind]))
+    if args.target not in ("unix", "cpython") and not re.fullmatch(r"port:.+", args.target):
+        raise UsageError("--target %s is unknown; use unix, cpython or port:DEV (a board's serial port)." % args.target)
+    if args.link in LINKS_LATER or args.link.startswith("socketcan:"):
+        raise UsageError("--link %s is not built yet; use pty." % args.link)
+    if args.link != "pty":
+        raise UsageError("--link %s is unknown; use pty." % args.link)
+    if args.faults is not None:
+        raise UsageError("--faults is not built yet; leave it out.")
+    if args.task == "clean":
+        raise UsageError("--task clean is not built yet; use map.")
+    if args.task != "map":
+        raise UsageError("--task %s is unknown; use map." % args.task)
+    if args.passes != "1":
+        raise UsageError("--passes %s is not built yet; use 1." % args.passes)
+    if args.then is not None:
+        raise UsageError("--then is not built yet; run one home at a time.")
+
+
+def _one_of(value, name, allowed):
+    if value not in allowed:
+        raise UsageError("%s %s is unknown; use %s." % (name, value, ", ".join(allowed)))
+
+
+def check_places(args):
+    """Folders are made, files are tried for writing, before the mission: nobody waits for a result that cannot be kept."""
+    if args.out:
+        _check_folder(args.out)
+    for name, path in (("--json", args.json), ("--log", args.log)):
+        if path:
+            _check_file(name, path)
+
+
+def _check_folder(path):
+    if os.path.lexists(path) and not os.path.isdir(path):
+        raise UsageError("--out %s is not a folder; give another name, or remove it." % path)
+    try:
+        os.makedirs(path, exist_ok=True)
+        probe = os.path.join(path, ".write-test-%d" % os.getpid())
+        with open(probe, "wb"):
+            pass
+        os.unlink(probe)
+    except OSError as error:
+        raise UsageError("--out %s cannot be written (%s); give a folder of your own." % (path, _reason(error))) from None
+
+
+def _check_file(name, path):
+    if os.path.isdir(path):
+        raise UsageError("%s %s is a folder; give the name of a file." % (name, path))
+    new = not os.path.lexists(path)
+    try:
+        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+        with open(path, "ab"):
+            pass
+        if new and stat.S_ISREG(os.stat(path).st_mode):
+            os.unlink(path)
+    except OSError as error:
+        raise UsageError("%s %s cannot be written (%s); give another place." % (name, path, _reason(error))) from None
+
+
+def _reason(error):
+    return (error.strerror or str(error)).lower()

@@ -1,0 +1,34 @@
+"""Command lines of the two peers: how the core and the virtual robot are started."""
+
+import importlib.util
+import os
+import sys
+
+from host_tools.core_process import CoreError, command, packages_folder
+from host_tools.hil_options import UsageError
+
+
+def core_command(target, heap, link):
+    """(argv, folder to run in) of the core."""
+    try:
+        return command(target, heap, link), packages_folder()
+    except CoreError as error:
+        raise UsageError(str(error)) from None
+
+
+def robot_command(args, home_path, link, log, truth):
+    argv = [sys.executable, "-m", "sim_device", home_path, "--link", link, "--uwb", args.uwb, "--odometry", args.odometry,
+            "--seed", str(args.seed), "--mode", args.mode, "--log", log, "--truth", truth, "--json-lines"]
+    if args.robot:
+        argv += ["--robot", os.path.abspath(args.robot)]
+    if args.realtime:
+        argv.append("--realtime")
+    for setting in args.set:
+        argv += ["--set", setting]
+    return argv, _robot_folder()
+
+
+def _robot_folder():
+    """The folder that holds sim_device, found without importing it: it is for another process."""
+    spec = importlib.util.find_spec("sim_device")
+    return os.path.dirname(os.path.abspath(list(spec.submodule_search_locations)[0]))

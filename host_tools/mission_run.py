@@ -1,0 +1,142 @@
+"""One mission: the virtual robot and the core started, watched, and ended whatever happens."""
+
+import json
+import os
+import queue
+import time
+from dataclasses import dataclass, field
+
+from host_tools.launch import core_command, robot_command
+from host_tools.processes import Children
+from host_tools.relay import Relay
+
+CORE_GRACE_S = 2.0  # for the core to see the hang-up by itself
+
+
+# How a mission went. `exit_code` as the virtual robot's: 0 finished, 1 not, 2 bad arguments, 3 a peer failed.
+@dataclass
+class Outcome:
+    exit_code: int
+    sentence: str = ""
+    end: dict = field(default_factory=dict)
+    interrupted: bool = False
+
+
+def run_mission(args, home_path, folder, log, truth, progress):
+    """Run it to its end; Ctrl-C ends it early with what there is."""
+    link = os.path.join(folder, "link")
+    with Children() as children:
+        watch = _Watch(progress)
+        relay = None
+        try:
+            # The port is opened first: a board that is not there is said before anything starts.
+            relay = Relay(args.target[len("port:"):], link) if args.target.startswith("port:") else None
+            argv, root = robot_command(args, home_path, link, log, truth)
+            watch.robot = children.start("the virtual robot", argv, on_line=watch.take, cwd=root)
+            if relay is not None:
+                watch.relay = relay.start()
+            else:
+                argv, root = core_command(args.target, args.heap, link)
+                watch.core = children.start("the core", argv, cwd=root)
+            return watch.outcome()
+        except KeyboardInterrupt:
+            progress.note("Interrupted: ending the mission, keeping what there is.")
+            if watch.robot is not None:
+                watch.robot.stop()
+            watch.drain()
+            return Outcome(1, "interrupted", watch.end, interrupted=True)
+        finally:
+            progress.clear()
+            if relay is not None:
+                relay.close()
+
+
+# Follows the events of the virtual robot and the life of the core until one of them ends.
+class _Watch:
+    def __init__(self, progress):
+        self.progress = progress
+        self.events = queue.Queue()
+        self.robot = self.core = self.relay = None
+        self.end, self.error = {}, ""
+
+    def take(self, text):
+        """From the reader's thread: one line of the robot's stdout."""
+        self.events.put(text)
+
+    def outcome(self):
+        while True:
+            self._one_event(0.1)
+            if self.robot.poll() is not None:
+                self.drain()
+                return self._robot_ended()
+            if self.core is not None and self.core.poll() is not None:
+                return self._core_ended()
+            if self.relay is not None and self.relay.failure:
+                self.robot.stop()
+                self.drain()
+                return Outcome(3, self.relay.failure, self.end)
+
+    def drain(self):
+        """What the robot said last is still on its way when it has ended."""
+        if self.robot is not None:
+            self.robot.text()
+        while not self.events.empty():
+            self._one_event(0)
+
+    def _one_event(self, timeout_s):
+        try:
+            text = self.events.get(timeout=timeout_s) if timeout_s else self.events.get_nowait()
+        except queue.Empty:
+            return
+        try:
+            event = json.loads(text)
+            kind = event["event"]
+        except (ValueError, TypeError, KeyError):
+            return  # a line for people
+        if kind == "progress":
+            self.progress.show(event)
+        elif kind == "end":
+            self.end = event
+        elif kind == "error":
+            self.error = event.get("sentence") or event.get("message") or text
+
+    def _robot_ended(self):
+        code = self.robot.popen.returncode
+        if self.core is not None and self.core.wait(CORE_GRACE_S) is None:
+            self.core.stop(1.0)
+        sentence = self.error or (last_line(self.robot.text()) if code else "")
+        if code == 3 and self.core is not None and self.core.popen.returncode not in (0, None) and self.core.text():
+            sentence = core_sentence(self.core)  # the cause, where the robot only saw the silence
+        if code not in (0, 1, 2, 3):
+            sentence = "the virtual robot ended with code %s: %s" % (code, sentence or "it said nothing")
+            code = 3
+        return Outcome(code, sentence, self.end)
+
+    def _core_ended(self):
+        """The core ended first: at the mission's end that is in order, before it a failure."""
+        limit = time.monotonic() + CORE_GRACE_S
+        while self.robot.poll() is None and time.monotonic() < limit and not self.end:
+            self._one_event(0.1)
+        if self.robot.wait(CORE_GRACE_S if self.end else 0.1) is None:
+            self.robot.stop(1.0)
+        self.drain()
+        code = self.robot.popen.returncode
+        if self.end and code in (0, 1):
+            return Outcome(code, self.error, self.end)
+        return Outcome(3, core_sentence(self.core), self.end)
+
+
+def core_sentence(core):
+    """What the core said when it gave up, as one sentence."""
+    text, code = core.text(), core.popen.returncode
+    if "MemoryError" in text and "Traceback" in text:
+        return ("the core ran out of heap while it was loading (%s); give a larger --heap, 192k is the default"
+                % last_line(text).removeprefix("MemoryError: "))
+    if text:
+        return last_line(text)
+    return "the core ended with code %s before the mission did, and said nothing" % code
+
+
+def last_line(text):
+    lines = [line for line in text.splitlines() if line.strip()]
+    return lines[-1].strip() if lines else ""

@@ -1,0 +1,165 @@
+"""The monitor's full screen: a map on the left, everything else in rows on the right.
+
+Only layout, keys and timers are here; what the rows say is monitor_rows.py, and
+how a watch ends is monitor_session.py. A finished mission stays on the screen
+until q, so that its map can be looked at.
+"""
+
+import time
+
+from rich.text import Text
+from textual.app import App
+from textual.binding import Binding
+from textual.containers import Horizontal, VerticalScroll
+from textual.widgets import Footer, Static
+
+from host_tools import monitor_rows as rows
+from host_tools.monitor_session import EXIT_OK, WatchEnded, end_of_mission
+
+PUMP_EVERY_S = 0.005    # a pty holds 4 KB: read it far more often than the screen is drawn
+ZOOMS = (1.0, 2.0, 4.0, 8.0)
+SIDE_COLUMNS = 50
+LABEL_COLUMNS = 12
+
+_MOODS = {"": "", "good": "green", "warn": "yellow", "bad": "bold red", "dim": "dim"}
+_KINDS = {"blank": "", "wall": "bold", "path": "cyan", "robot": "bold green", "anchor": "magenta",
+          "beam": "yellow", "body": "bold"}
+
+
+class MonitorApp(App):
+    ENABLE_COMMAND_PALETTE = False
+    CSS = """
+    #map { width: 1fr; height: 1fr; }
+    #side { width: %d; height: 1fr; border-left: solid $primary; padding: 0 1; }
+    #status { height: 1; background: $boost; padding: 0 1; }
+    """ % (SIDE_COLUMNS + 5)
+    BINDINGS = [
+        Binding("q", "leave", "quit"),
+        Binding("p", "pause", "pause"),
+        Binding("m", "zoom", "map zoom"),
+        Binding("ctrl+c", "leave", "quit", show=False),
+    ]
+
+    def __init__(self, session, rate_hz=10.0, seconds=None, clock=time.monotonic):
+        super().__init__()
+        self.session = session
+        self.end = None
+        self.paused = False
+        self.zoom = 0
+        self._rate_hz = rate_hz
+        self._seconds = seconds
+        self._clock = clock
+        self._start = clock()
+        self._speed = (clock(), 0, 0.0)     # when, robot steps then, robot seconds a second
+
+    def compose(self):
+        with Horizontal():
+            yield Static(id="map")
+            with VerticalScroll(id="side"):
+                yield Static(id="rows")
+        yield Static(id="status")
+        yield Footer()
+
+    def on_mount(self):
+        self.set_interval(PUMP_EVERY_S, self._pump)
+        self.set_interval(1 / self._rate_hz, self.draw)
+        self.draw()
+
+    def action_leave(self):
+        if self.session.state.ended:
+            self.end = end_of_mission(self.session.state)
+        self.exit()
+
+    def action_pause(self):
+        """The picture stands still; what comes is still taken in, so that nothing is missed."""
+        self.paused = not self.paused
+        self.draw(force=True)
+
+    def action_zoom(self):
+        self.zoom = (self.zoom + 1) % len(ZOOMS)
+        self.draw(force=True)
+
+    def _pump(self):
+        try:
+            self.session.pump()
+        except WatchEnded as end:
+            self.end = end
+            self.exit()
+            return
+        if self._seconds is not None and self._clock() - self._start >= self._seconds:
+            self.end = end_of_mission(self.session.state) if self.session.state.ended else WatchEnded(
+                "Stopped after %g s: %s." % (self._seconds, rows.summary(self.session.state)), EXIT_OK)
+            self.exit()
+
+    def draw(self, force=False):
+        if self.paused and not force:
+            return
+        state = self.session.state
+        area = self.query_one("#map", Static)
+        if area.size.width > 2 and area.size.height > 2:
+            area.update(picture_text(rows.map_picture(state, area.size.width, area.size.height, ZOOMS[self.zoom])))
+        self.query_one("#rows", Static).update(side_text(state, self.session.frames.counts()))
+        self.query_one("#status", Static).update(self._status())
+
+    def _status(self):
+        state = self.session.state
+        if state.ended:
+            return Text("The mission ended: %s. Press q." % rows.summary(state), style="bold")
+        waiting = self.session.waiting_for()
+        text = waiting or "%s at %.0f times real time" % (self.session.port.path, self._measure_speed())
+        zoom = "  zoom x%d" % ZOOMS[self.zoom] if self.zoom else ""
+        return Text(text + zoom + ("  PAUSED" if self.paused else ""), style="yellow" if waiting else "")
+
+    def _measure_speed(self):
+        when, steps, speed = self._speed
+        now = self._clock()
+        if now - when >= 1.0:
+            speed = max(0.0, (self.session.state.robot_s - steps) / (now - when))
+            self._speed = (now, self.session.state.robot_s, speed)
+        return speed
+
+
+def side_text(state, tap):
+    """All rows under their headings, with the robot's beams between them."""
+    text = Text()
+    for title, part in (
+        ("MISSION", rows.mission_rows(state)), ("INFRARED", None), ("STORES", rows.store_rows(state, 12)),
+        ("MEMORY", rows.memory_rows(state, 12)), ("LINK", rows.link_rows(state, tap)),
+    ):
+        text.append(title + "\n", style="bold underline")
+        if part is None:
+            _append_beside(text, rows.infrared_picture(state), rows.infrared_rows(state))
+        else:
+            for row in part:
+                _append_row(text, row)
+    return text
+
+
+def _append_row(text, row):
+    label, value, mood = row
+    text.append(label[:LABEL_COLUMNS].ljust(LABEL_COLUMNS) + " ", style="dim")
+    text.append(value + "\n", style=_MOODS[mood])
+
+
+def _append_beside(text, picture, table):
+    """The beams on the left, the readings on the right: one screen's height less."""
+    for i in range(max(len(picture), len(table))):
+        if i < len(picture):
+            for run, kind in picture[i]:
+                text.append(run, style=_KINDS[kind])
+        else:
+            text.append(" " * sum(len(run) for run, _ in picture[0]))
+        if i < len(table):
+            label, value, mood = table[i]
+            text.append(" " + label.ljust(8) + " ", style="dim")
+            text.append(value, style=_MOODS[mood])
+        text.append("\n")
+
+
+def picture_text(picture):
+    text = Text(no_wrap=True)
+    for line in picture:
+        for run, kind in line:
+            text.append(run, style=_KINDS[kind])
+        text.append("\n")
+    return text

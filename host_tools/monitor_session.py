@@ -1,0 +1,128 @@
+"""From a port to the monitor's state, and to the one sentence with which a watch ends.
+
+Contract: `pump()` reads what has come and never blocks; it raises WatchEnded when
+the watch is over. `clock` and `port` come from the caller, so that a test needs
+neither time nor a terminal. IDENTIFY is all that is ever written.
+"""
+
+import time
+
+from host_tools.message_fields import hash_text
+from host_tools.monitor_rows import number, summary
+from host_tools.monitor_state import MonitorState
+from host_tools.tap_frames import TapFrames
+from host_tools.terminal_port import PortClosed
+from protocol import schema, schema_hash
+
+SILENCE_S = 10.0        # lockstep gives up after 3 s without an answer: 10 s of nothing is an end
+GARBAGE_S = 3.0         # so long may a cut frame and line noise at the start last
+GARBAGE_BYTES = 512     # some frames' worth
+ASK_EVERY_S = 1.0
+
+EXIT_OK = 0
+EXIT_PEER = 3
+
+
+class WatchEnded(Exception):
+    """The sentence to show and the code to leave with."""
+
+    def __init__(self, sentence, code):
+        super().__init__(sentence)
+        self.sentence = sentence
+        self.code = code
+
+
+class MonitorSession:
+    def __init__(self, port, first_frame_s=60.0, clock=time.monotonic):
+        self.port = port
+        self.state = MonitorState()
+        self.frames = TapFrames()
+        self.closed_after_end = False
+        self._clock = clock
+        self._first_frame_s = first_frame_s
+        self._opened = self._heard = self._good = clock()
+        self._asked = None
+
+    def pump(self):
+        """Take in all that waits; True when anything came."""
+        if self.closed_after_end:
+            return False
+        now = self._clock()
+        try:
+            came = self._read_all(now)
+            self._ask(now)
+        except PortClosed as closed:
+            self._on_closed(closed)
+            return False
+        self._check_schema()
+        self._check_silence(now)
+        return came
+
+    def waiting_for(self):
+        """What has not come yet, for the status line; "" when all is well."""
+        if not self.frames.good:
+            return "%s is open, nothing heard from the core yet" % self.port.path
+        quiet_s = self.quiet_s()
+        return "nothing heard for %.0f s" % quiet_s if quiet_s > 2 and not self.state.ended else ""
+
+    def quiet_s(self):
+        """How long ago anything came."""
+        return self._clock() - self._heard
+
+    def _read_all(self, now):
+        came = False
+        for _ in range(64):     # at most 64 reads, then the screen has its turn again
+            data = self.port.read()
+            if not data:
+                break
+            came = True
+            good = self.frames.good
+            self.frames.feed(data, self.state.apply)
+            self._heard = now
+            if self.frames.good > good:
+                self._good = now
+        return came
+
+    def _ask(self, now):
+        """A viewer that came late has missed HELLO: ask until it is known."""
+        if self.state.hello is None and (self._asked is None or now - self._asked >= ASK_EVERY_S):
+            self._asked = now
+            self.port.write(self.frames.identify())
+
+    def _check_schema(self):
+        hello = self.state.hello
+        if hello is None:
+            return
+        ours = schema_hash.halves()
+        theirs = hello["schema_lo"], hello["schema_hi"]
+        if ours != theirs:
+            raise WatchEnded(
+                "The core on %s speaks schema %s (protocol %d to %d) and this monitor %s (protocol %d): install the same version "
+                "of both." % (self.port.path, hash_text(*theirs), hello["protocol_min"], hello["protocol_max"],
+                              hash_text(*ours), schema.VERSION), EXIT_PEER)
+
+    def _check_silence(self, now):
+        if not self.frames.good:
+            if self.frames.bytes > GARBAGE_BYTES and now - self._opened > GARBAGE_S:
+                raise WatchEnded(
+                    "%s sends bytes that are no frames of this protocol (%s bytes, not one good frame): is it the tap of "
+                    "sim_device?" % (self.port.path, number(self.frames.bytes)), EXIT_PEER)
+            if now - self._opened > self._first_frame_s:
+                raise WatchEnded(
+                    "%s is open, but nothing was heard in %g s: is the core running on the robot link?" % (
+                        self.port.path, self._first_frame_s), EXIT_PEER)
+        elif now - self._good > SILENCE_S and not self.state.ended:
+            what = "has sent only garbage" if self._heard > self._good else "has said nothing"
+            raise WatchEnded("The peer on %s %s for %g s; last: %s." % (
+                self.port.path, what, SILENCE_S, summary(self.state)), EXIT_PEER)
+
+    def _on_closed(self, closed):
+        if not self.state.ended:
+            raise WatchEnded("%s Last: %s." % (closed, summary(self.state)), EXIT_PEER) from None
+        self.closed_after_end = True    # a screen stays open so that the map can be looked at
+
+
+def end_of_mission(state):
+    """The sentence and code of a mission that came to its end, whichever it was."""
+    done = state.state_name == "DONE"
+    return WatchEnded("The mission ended: %s." % summary(state), EXIT_OK if done else 1)

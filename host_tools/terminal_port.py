@@ -1,0 +1,104 @@
+"""A serial port or pseudo-terminal opened raw, with a sentence for each way it can fail."""
+
+import errno
+import os
+import select
+import termios
+import time
+import tty
+
+
+class PortError(Exception):
+    """Its text is one sentence for the user: cause and way out."""
+
+
+class PortClosed(PortError):
+    """The other end went away while the port was in use."""
+
+
+class TerminalPort:
+    """Contract: never blocks longer than asked; nothing is written that the caller did not write."""
+
+    def __init__(self, path):
+        self.fd = -1
+        try:
+            fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        except OSError as error:
+            raise PortError("%s cannot be opened: %s." % (path, _reason(error))) from None
+        try:
+            tty.setraw(fd, termios.TCSANOW)
+        except termios.error:
+            os.close(fd)
+            raise PortError("%s is not a terminal: give the pty or serial port that `sim_device --tap` or "
+                            "`--link` made." % path) from None
+        except OSError as error:
+            os.close(fd)
+            raise PortError("%s cannot be set to raw: %s." % (path, _reason(error))) from None
+        self._adopt(fd, path)
+
+    def _adopt(self, fd, path):
+        self.path = path
+        self.fd = fd
+        self._poll = select.poll()
+        self._poll.register(fd, select.POLLIN)
+
+    @classmethod
+    def wait(cls, path, seconds, say=None):
+        """Open `path`, which may not exist yet: `say` gets one sentence if there is something to wait for."""
+        end = time.monotonic() + seconds
+        said = False
+        while not os.path.exists(path):
+            if time.monotonic() >= end:
+                raise PortError("%s does not exist%s: start `sim_device HOME --link ... --tap %s`, or give the name "
+                                "of a port that is there." % (path, " after %g s" % seconds if seconds else "", path))
+            if not said and say is not None:
+                say("Waiting for %s (at most %g s; Ctrl-C ends)." % (path, seconds))
+                said = True
+            time.sleep(0.1)
+        return cls(path)
+
+    def read(self, timeout_s=0.0):
+        """What has come, or b"" after `timeout_s`; raises PortClosed when the other end is gone."""
+        for _, event in self._poll.poll(timeout_s * 1000):
+            if event & select.POLLIN:
+                try:
+                    data = os.read(self.fd, 65536)
+                except BlockingIOError:
+                    return b""
+                except OSError as error:
+                    raise PortClosed(self._closed(error)) from None
+                if data:
+                    return data
+                raise PortClosed(self._closed())
+            if event & (select.POLLHUP | select.POLLERR | select.POLLNVAL):
+                raise PortClosed(self._closed())
+        return b""
+
+    def write(self, data):
+        """As much as fits now; a full port drops the rest, as a cable would."""
+        try:
+            os.write(self.fd, data)
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            raise PortClosed(self._closed(error)) from None
+
+    def close(self):
+        if self.fd >= 0:
+            os.close(self.fd)
+            self.fd = -1
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def _closed(self, error=None):
+        # EIO is how Linux says that a pty's master side is closed: no news beside the sentence.
+        detail = " (%s)" % _reason(error) if error is not None and error.errno != errno.EIO else ""
+        return "%s was closed by its other end while in use%s." % (self.path, detail)
+
+
+def _reason(error):
+    return (error.strerror or str(error)).lower()

@@ -1,0 +1,129 @@
+# The host's end of the link, on CPython's own struct and zlib.
+#
+#   link = HostLink()
+#   port.write(link.encode(STEP(...)))            a message (messages.py) -> the bytes for the wire
+#   for message in link.feed(port.read()): ...    named tuples, in order, good ones only
+#
+# Host only.
+
+import zlib
+from array import array
+
+from protocol import schema, schema_hash
+from protocol.frame_reader import (
+    BAD_ID, BAD_VALUE, COUNTERS, STALE, UP, FrameReader,
+)
+from protocol.messages import BY_ID, BY_NAME, MessageError, pack_p10
+
+COUNTER_NAMES = tuple(field[0] for field in BY_NAME["LINK"].FIELDS) + ("stale",)
+HANDSHAKE_MAX = 0x04  # HELLO, WELCOME, IDENTIFY, IDENTITY: always in epoch 0
+
+_BYTES = tuple(bytes((n,)) for n in range(256))
+_STEP = BY_NAME["STEP"]
+_STEP_HEAD = _STEP._HEAD.pack
+_STEP_ITEM = _STEP._ITEM.pack
+
+
+def stuff(raw):
+    # COBS of less than 254 bytes: each run up to a zero gets its length plus one in front.
+    return b"".join([_BYTES[len(part) + 1] + part for part in raw.split(b"\0")])
+
+
+class HostLink:
+    # feed() never raises on wire input; what it drops is in `counters`, by cause (counts() names them).
+    # encode() raises MessageError for a message that its schema does not allow.
+    #
+    # Handshake: answer every HELLO with welcome(hello). A new boot id opens a new epoch (1, 2, 3, 1, ...);
+    # frames of any other are dropped from then on.
+    #
+    # A tap listens: HostLink(listen=BOTH, any_epoch=True). `sink(direction, raw)`, if given, sees every
+    # sound frame of both directions as decoded bytes, headers and CRC included: what a log keeps.
+
+    def __init__(self, listen=UP, any_epoch=False, sink=None):
+        self.counters = array("i", bytes(4 * COUNTERS))
+        self.reader = FrameReader(listen, self.counters)
+        self.epoch = 0          # 0: nobody welcomed yet
+        self.boot_id = None
+        self.seq = 0
+        self.ack = 0
+        self._any_epoch = any_epoch
+        self._sink = sink
+
+    def feed(self, data):
+        # -> the list of messages that these bytes complete
+        messages = []
+        buf = bytearray(data)
+        reader = self.reader
+        at, end = 0, len(buf)
+        while at < end:
+            at = reader.feed_from(buf, at, end)
+            if reader.ready:
+                message = self._receive()
+                if message is not None:
+                    messages.append(message)
+        return messages
+
+    def encode(self, message):
+        return self._frame(message.ID, message.pack())
+
+    def encode_step(self, values):
+        # STEP from the flat layout (array or list), the hot path of the virtual robot: see codec.py.
+        body = _STEP_HEAD(values[0], values[1], values[2], pack_p10(values[3:11]), values[11], values[12])
+        items = values[13]
+        if items:
+            body += b"".join([_STEP_ITEM(*values[at:at + 3]) for at in range(14, 14 + 3 * items, 3)])
+        if len(body) > schema.BODY_MAX or values[0] >= 1 << 30:
+            raise MessageError("STEP: %d UWB records or step %d are too many" % (items, values[0]))
+        return self._frame(_STEP.ID, body)
+
+    def welcome(self, hello):
+        # -> the bytes that answer this HELLO
+        if hello.boot_id != self.boot_id:
+            self.boot_id = hello.boot_id
+            self.epoch = self.epoch % 3 + 1
+        lo, hi = schema_hash.halves()
+        return self.encode(BY_NAME["WELCOME"](self.epoch, hello.boot_id, lo, hi))
+
+    def refusal(self, hello):
+        # -> None, or the sentence that says why this core cannot be worked with
+        lo, hi = schema_hash.halves()
+        if not hello.protocol_min <= schema.VERSION <= hello.protocol_max:
+            return "the core speaks link versions %d to %d, this host speaks %d: update the older of the two" % (
+                hello.protocol_min, hello.protocol_max, schema.VERSION)
+        if (hello.schema_lo, hello.schema_hi) != (lo, hi):
+            return "the core's message schema is %04x%04x, this host's is %04x%04x: update the older of the two" % (
+                hello.schema_hi, hello.schema_lo, hi, lo)
+        return None
+
+    def counts(self):
+        return dict(zip(COUNTER_NAMES, self.counters, strict=True))
+
+    def _frame(self, message_id, body):
+        epoch = self.epoch if message_id > HANDSHAKE_MAX else 0
+        direction = BY_ID[message_id].DIRECTION
+        raw = bytes((schema.VERSION | direction << 2 | epoch << 5, self.seq, self.ack, message_id, len(body) + 9)) + body
+        raw += zlib.crc32(raw).to_bytes(4, "little")
+        self.seq = self.seq + 1 & 255
+        if self._sink is not None:
+            self._sink(direction, raw)
+        wire = b"\0" + stuff(raw) + b"\0"
+        self.reader.count_out(len(wire))
+        return wire
+
+    def _receive(self):
+        reader = self.reader
+        message_id = reader.message_id
+        body_start, body_end = reader.body_start, reader.body_end
+        if self._sink is not None:
+            self._sink(reader.ctl >> 2 & 1, bytes(reader.body[body_start - 5:body_end + 4]))
+        if not self._any_epoch and reader.ctl >> 5 & 3 != (
+                self.epoch if message_id > HANDSHAKE_MAX or message_id == 0 else 0):
+            return reader.count(STALE)
+        self.ack = reader.seq
+        kind = BY_ID.get(message_id)
+        if kind is None or kind.DIRECTION != reader.ctl >> 2 & 1:
+            return reader.count(BAD_ID)
+        try:
+            return kind.unpack(bytes(reader.body[body_start:body_end]))
+        except MessageError:
+            return reader.count(BAD_VALUE)

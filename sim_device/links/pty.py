@@ -1,0 +1,121 @@
+# A pseudo-terminal of our own with a name that others can wait for.
+
+import errno
+import os
+import select
+import tempfile
+import tty
+
+BACKLOG_BYTES = 4096
+
+
+class LinkError(Exception):
+    """One sentence: what is wrong with the link's name, or what the far end did."""
+
+
+# Owns the master end of a pty; `path` is a symbolic link to its slave end, which
+# somebody else opens. Never blocks. Nobody there yet: read() gives b"" and
+# `present` is False. Bytes that the far end does not take are kept, up to
+# backlog_bytes; beyond that whole writes are dropped, counted in `dropped`: never half a frame.
+class Pty:
+    def __init__(self, path, backlog_bytes=BACKLOG_BYTES):
+        self.path = path
+        self.dropped = 0
+        self._backlog_bytes = backlog_bytes
+        self._backlog = bytearray()
+        self._master, slave = os.openpty()
+        try:
+            tty.setraw(slave)  # the settings stay as long as the master is open
+            self.name = os.ttyname(slave)
+            os.set_blocking(self._master, False)
+            self._poll = select.poll()
+            self._poll.register(self._master, select.POLLIN)
+            _point(path, self.name)
+        except BaseException:
+            os.close(self._master)
+            raise
+        finally:
+            os.close(slave)
+
+    @property
+    def waiting(self):
+        """Bytes that the far end has not taken."""
+        return len(self._backlog)
+
+    @property
+    def present(self):
+        """Whether somebody has the far end open now."""
+        events = self._poll.poll(0)
+        return not (events and events[0][1] & select.POLLHUP)
+
+    def read(self, timeout_ms=0):
+        """What has come, waiting for the first byte up to the timeout; b"" if nothing did, None if nobody is there."""
+        if timeout_ms:
+            self._poll.poll(timeout_ms)
+        try:
+            return os.read(self._master, 4096)
+        except BlockingIOError:
+            return b""
+        except OSError as error:
+            if error.errno == errno.EIO:
+                return None
+            raise
+
+    def write(self, data):
+        """Sends, or keeps for later; False if these bytes had to be dropped."""
+        if self._backlog and not self.flush():
+            if len(self._backlog) + len(data) > self._backlog_bytes:
+                self.dropped += 1
+                return False
+            self._backlog += data
+            return True
+        sent = self._send(data)
+        if sent < len(data):
+            self._backlog += data[sent:]
+        return True
+
+    def flush(self):
+        """True when nothing is left to send."""
+        if self._backlog:
+            del self._backlog[:self._send(self._backlog)]
+        return not self._backlog
+
+    def forget(self):
+        """Drops what waits to be sent: whoever it was meant for has gone."""
+        self._backlog.clear()
+
+    def _send(self, data):
+        try:
+            return os.write(self._master, data)
+        except BlockingIOError:
+            return 0
+        except OSError as error:
+            if error.errno == errno.EIO:
+                return len(data)
+            raise
+
+    def close(self):
+        """Removes the name, unless somebody else has taken it over; may be called twice."""
+        if self._master < 0:
+            return
+        try:
+            if os.readlink(self.path) == self.name:
+                os.unlink(self.path)
+        except OSError:
+            pass
+        os.close(self._master)
+        self._master = -1
+
+
+def _point(path, target):
+    """Makes or replaces the symbolic link, in one step: who waits for the name never sees a half-made one."""
+    folder = os.path.dirname(os.path.abspath(path))
+    try:
+        if os.path.lexists(path) and not os.path.islink(path):
+            raise LinkError("%s exists and is not a symbolic link: it will not be replaced; give another name" % path)
+        os.makedirs(folder, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".link", dir=folder) as beside:
+            os.symlink(target, os.path.join(beside, "link"))
+            os.replace(os.path.join(beside, "link"), path)
+    except OSError as error:
+        raise LinkError("the link %s cannot be made: %s" % (path, error.strerror or error)) from None

@@ -1,0 +1,160 @@
+# The tap: further ptys on which viewers see what passes between robot and core.
+
+from array import array
+
+from protocol import cobs, schema
+from protocol.frame_reader import COUNTERS, DOWN, FrameReader
+from sim_device.links.pty import Pty
+
+FLUSH_S = 0.02
+HELLO_S = 1.0
+BACKLOG_BYTES = 65536
+
+_ID = 3         # in a raw frame: CTL SEQ ACK ID LEN body CRC
+_BODY = 5
+_IDS = {row[1]: row[0] for row in schema.MESSAGES}
+_HELLO, _IDENTITY, _IDENTIFY, _WELCOME = (_IDS[name] for name in ("HELLO", "IDENTITY", "IDENTIFY", "WELCOME"))
+_STEPS = (_IDS["STEP"], _IDS["STEP_RSP"])
+# Telemetry of which each numbered item counts for itself (a vector, a store): bytes of the body that number it.
+_NUMBERED = {row[0]: {"u8": 1, "u16": 2}[row[4][0][1]] for row in schema.MESSAGES if row[4][0][0] in ("index", "order")}
+_KEPT = {row[0] for row in schema.MESSAGES if 0x20 <= row[0] < 0x30} | {_IDS["STATUS_RSP"]}
+
+
+def wire(raw):
+    """The bytes on the line of a raw frame."""
+    frame = bytearray(len(raw) + 3)
+    frame[2:-1] = raw
+    cobs.encode(frame, 1, len(frame) - 1)
+    return frame
+
+
+# All taps of one link. frame() takes every raw frame that passes, in order, and
+# costs next to nothing; service() is called now and then and moves what has
+# gathered, at most every 20 ms. A viewer that comes late is told the last HELLO,
+# then the newest of every kind of telemetry and of every numbered item (the map
+# so far). A viewer that reads too slowly loses whole frames: steps first,
+# everything beyond 64 KB of backlog, counted in `dropped`. It never slows the link.
+# What a viewer sends is answered here, and never reaches the core.
+class Taps:
+    def __init__(self, paths):
+        self._taps = []
+        self._hello = None
+        self._identity = {}
+        self._newest = {}
+        self._passing = []
+        self._next_s = 0.0
+        try:
+            for path in paths:
+                self._taps.append(_Tap(path))
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def dropped(self):
+        return sum(tap.dropped for tap in self._taps)
+
+    def frame(self, raw):
+        if not self._taps:
+            return
+        self._passing.append(raw)
+        message_id = raw[_ID]
+        if message_id in _KEPT:
+            self._newest[message_id, raw[_BODY:_BODY + _NUMBERED.get(message_id, 0)]] = raw
+        elif message_id == _HELLO:
+            self._hello = raw
+        elif message_id == _IDENTITY:
+            self._identity[raw[_BODY:_BODY + 3]] = raw
+
+    def restart(self):
+        """The core was started anew: what it said before is no longer so."""
+        self._newest.clear()
+        self._identity.clear()
+
+    def service(self, now_s):
+        if now_s < self._next_s or not self._taps:
+            return
+        self._next_s = now_s + FLUSH_S
+        passing, self._passing = self._passing, []
+        wires = None
+        for tap in self._taps:
+            if not tap.arrived():
+                continue
+            if tap.is_new:
+                tap.is_new = False
+                tap.write([wire(raw) for raw in self._introduction()])
+                tap.hello_s = now_s + HELLO_S
+                continue  # what was passing is in the introduction, but for steps
+            if wires is None:
+                wires = [(raw[_ID], wire(raw)) for raw in passing]
+            if self._hello is not None and now_s >= tap.hello_s:
+                # Again, once a second: opening a port may throw away what came before.
+                tap.hello_s = now_s + HELLO_S
+                tap.write([wire(self._hello)])
+            tap.pass_on(wires)
+            for request in tap.requests():
+                answer = self._identity.get(request, self._hello)
+                if answer is not None:
+                    tap.write([wire(answer)])
+
+    def _introduction(self):
+        return ([] if self._hello is None else [self._hello]) + list(self._newest.values())
+
+    def close(self):
+        """Sends what is left to those who read, and removes the names."""
+        self._next_s = 0.0
+        self.service(0.0)
+        for tap in self._taps:
+            tap.close()
+        self._taps = []
+
+
+# One viewer's port.
+class _Tap:
+    def __init__(self, path):
+        self.dropped = 0
+        self.is_new = True
+        self.hello_s = 0.0
+        self._pty = Pty(path, BACKLOG_BYTES * 2)
+        self._reader = FrameReader(DOWN, array("i", bytes(4 * COUNTERS)))
+
+    def arrived(self):
+        if self._pty.present:
+            return True
+        if not self.is_new:
+            self._pty.forget()
+            self._reader.reset()
+            self.is_new = True
+        return False
+
+    def write(self, wires):
+        if not self._pty.write(b"".join(wires)):
+            self.dropped += len(wires)
+
+    def pass_on(self, wires):
+        self._pty.flush()
+        waiting = self._pty.waiting
+        if waiting > BACKLOG_BYTES:
+            self.dropped += len(wires)
+            return
+        if waiting:
+            kept = [frame for message_id, frame in wires if message_id not in _STEPS]
+        else:
+            kept = [frame for _, frame in wires]
+        self.dropped += len(wires) - len(kept)
+        if kept:
+            self.write(kept)
+
+    def requests(self):
+        """For each question of the viewer the three bytes (section, offset) that it asks for, or b"" for HELLO."""
+        data = bytearray(self._pty.read() or b"")
+        asked, at = [], 0
+        while at < len(data):
+            at = self._reader.feed_from(data, at, len(data))
+            if self._reader.ready and self._reader.message_id in (_IDENTIFY, _WELCOME):
+                body = bytes(self._reader.body[self._reader.body_start:self._reader.body_end])
+                asked.append(body if self._reader.message_id == _IDENTIFY else b"")
+        return asked
+
+    def close(self):
+        self._pty.close()

