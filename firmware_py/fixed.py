@@ -1,7 +1,7 @@
 # Fixed-point geometry. Angles are BAM: 65536 = one turn, wrapped by mask; sines Q15.
 # Every argument and result, and all in between, stays below 2**30 in magnitude.
 
-from .tables import SINE_Q15, ATAN_BAM, HYPOT_Q16
+from .tables import SINE_Q15, ATAN_BAM, HYPOT_Q16, POWER2_Q16
 
 TURN = 65536
 HALF_TURN = 32768
@@ -67,6 +67,22 @@ def isqrt(n):
             root >>= 1
         bit >>= 2
     return root
+
+
+def power2(exponent_q12):
+    # 1000 * 2**(exponent / 4096), for exponents from -12 to +12; outside clamped there.
+    if exponent_q12 < -49152:
+        exponent_q12 = -49152
+    elif exponent_q12 > 49152:
+        exponent_q12 = 49152
+    i = (exponent_q12 >> 6 & 63) << 1
+    a = POWER2_Q16[i] | POWER2_Q16[i + 1] << 8
+    a += ((POWER2_Q16[i + 2] | POWER2_Q16[i + 3] << 8) - a) * (exponent_q12 & 63) >> 6
+    a = 16000 + (a * 1000 >> 12)  # 1000 * 2**fraction, 4 bits more
+    exponent_q12 >>= 12
+    if exponent_q12 >= 4:
+        return a << exponent_q12 - 4
+    return a >> 4 - exponent_q12
 
 
 def clamp(value, low, high):

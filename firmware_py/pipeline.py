@@ -6,6 +6,8 @@ from .collection.explorer import Explorer, BUILD, DONE, FAILED, FOLLOW, ALIGN
 from .collection.follower import Follower
 from .collection.infrared import Infrared
 from .collection.ir_state import IrState
+from .collection.localization import Localization
+from .collection.uwb import Uwb
 from .collection.odometry import Odometry
 from .building.walls import WallMapper
 from .storage.breadcrumbs import Breadcrumbs, OUTLINE_CLOSED, ISLAND_CLOSED
@@ -25,6 +27,9 @@ class Tvslam:
         self.frame = Frame()
         self.tally = Tally()
         self.odometry = Odometry()
+        self.uwb = Uwb()
+        self.localization = Localization(self.odometry, self.uwb, self.frame)
+        self.last_fix = 0; self.last_state = 0
         self.infrared = Infrared(self.hits)
         self.ir_state_machine = IrState()
         self.follower = Follower(self.hits)
@@ -62,6 +67,9 @@ class Tvslam:
             if PARAMETERS[i][0] == "ir_bearing":
                 self.infrared.begin(p("ir_radius"), self.params, self.first[i])
         self.explorer.begin(p("body_radius"), p("wall_gap"), p("speed_max"), p("turn_max"), p("track"))
+        idx = {q[0]: self.first[i] for i, q in enumerate(PARAMETERS)}
+        self.uwb.begin(p("uwb_source"), p("anchor_count"), self.params, idx["anchor_x"], idx["anchor_y"], idx["anchor_height"], p("uwb_level_1m"), p("uwb_level_min"), p("uwb_gamma"), p("uwb_sigma"))
+        self.localization.begin(p("fix_distance"), p("fix_angle"))
         self.threshold = p("ir_threshold")
 
     def step(self, v):
@@ -73,6 +81,12 @@ class Tvslam:
         self.infrared.update(v, 3, x, y, o.heading_bam, self.tick)
         self.ir_state_machine.update(self.infrared.ranges_mm, self.threshold)
         e = self.explorer
+        self.localization.update(v, 13)
+        if (e.state != self.last_state and e.state in (5, 6)) or o.path_mm - self.last_fix > 1500:
+            if o.path_mm - self.last_fix > 100:
+                self.localization.fix()
+                self.last_fix = o.path_mm
+        self.last_state = e.state
         e.step(self.tick, v[11], v[12])
         if e.started:
             self.session = self.vectors.used
@@ -85,8 +99,7 @@ class Tvslam:
         if e.mapping:
             if self.infrared.ranges_mm[5] < 250:
                 self.walls.add(self.infrared.hit_x[5], self.infrared.hit_y[5])
-            self.frame.put(x, y)
-            r = self.crumbs.visit(self.frame.x, self.frame.y, o.heading_bam, o.turn_bam, o.path_mm, self.vectors.used, 150)
+            r = self.crumbs.visit(self.localization.x_mm, self.localization.y_mm, self.localization.heading_bam, o.turn_bam, o.path_mm, self.vectors.used, 150)
             if r == ISLAND_CLOSED:
                 self.walls.finish()
                 for c in range(self.session_chain, self.vectors.chains):

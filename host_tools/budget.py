@@ -12,6 +12,7 @@ from host_tools import core_process
 from host_tools.core_process import CoreError
 from host_tools.core_session import CoreSession
 from host_tools.terminal_port import PortError
+from protocol.messages import BY_NAME
 
 PAPER_BYTES = 28200     # Paper Table 2: the topological-vector map of 458 vectors takes 28.2 KB
 PAPER_VECTORS = 458
@@ -49,23 +50,22 @@ def measure(core, target):
     """All that the core says of its memory; what it does not measure on its target is None."""
     hello = core.handshake()
     stores = []
-    for index in range(hello["stores"]):
-        store = core.ask("IDENTIFY", {"section": STORE_SECTION, "offset": index}, "STORE",
-                         lambda fields, want=index: fields["index"] == want)
+    for index in range(hello.stores):
+        store = core.ask(BY_NAME["IDENTIFY"](STORE_SECTION, index), "STORE",
+                         lambda got, want=index: got.index == want)
         if store is None:
-            raise CoreError("The core has %d stores by its HELLO, but does not describe number %d." % (hello["stores"], index))
-        stores.append({"name": store["name"], "used": store["used"], "capacity": store["capacity"],
-                       "record_bytes": store["record_bytes"], "bytes": store["capacity"] * store["record_bytes"]})
-    status = core.ask("STATUS", {"flags": 0}, "STATUS_RSP", lambda fields: True) or {}
-    heap = status.get("heap_bytes", hello["heap_bytes"])
-    used = status.get("heap_used_bytes", hello["heap_used_bytes"])
-    code = hello["heap_code_bytes"]
+            raise CoreError("The core has %d stores by its HELLO, but does not describe number %d." % (hello.stores, index))
+        stores.append({"name": store.name, "used": store.used, "capacity": store.capacity,
+                       "record_bytes": store.record_bytes, "bytes": store.capacity * store.record_bytes})
+    status = core.ask(BY_NAME["STATUS"](flags=0), "STATUS_RSP")
+    memory = status or hello
+    used, code = memory.heap_used_bytes, hello.heap_code_bytes
     return {
         "target": target, "stores": stores, "stores_bytes": sum(store["bytes"] for store in stores),
-        "heap_bytes": heap or None, "heap_used_bytes": used or None, "heap_code_bytes": code or None,
+        "heap_bytes": memory.heap_bytes or None, "heap_used_bytes": used or None, "heap_code_bytes": code or None,
         "heap_data_bytes": used - code if used and code else None,
-        "heap_locked": bool(status["heap_locked"]) if status else None,
-        "allocated_after_boot_bytes": status.get("allocated_after_boot_bytes"),
+        "heap_locked": bool(status.heap_locked) if status else None,
+        "allocated_after_boot_bytes": status.allocated_after_boot_bytes if status else None,
         "paper_bytes": PAPER_BYTES,
     }
 

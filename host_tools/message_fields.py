@@ -4,8 +4,6 @@ For people's tools, where clarity counts more than speed; the core and the
 mission's loop read the flat array itself.
 """
 
-from array import array
-
 from protocol import schema
 
 NAMES = {message[0]: message[1] for message in schema.MESSAGES}
@@ -31,33 +29,9 @@ def named(message_id, values):
     return NAMES[message_id], out
 
 
-def flat(message_id, fields):
-    """What `named` made, back to (array of ints, items of the group)."""
-    values, items = array("i"), 0
-    for name, kind, unit in _FIELDS[message_id]:
-        value = fields[name]
-        if kind == "*":
-            items = len(value)
-            values.append(items)
-            for item in value:
-                values.extend([item] if len(unit) == 1 else [item[field[0]] for field in unit])
-        elif kind == "p10":
-            values.extend(value)
-        elif kind[0] == "c":
-            values.extend(value.encode("ascii").ljust(int(kind[1:]), b"\0"))
-        else:
-            values.append(value)
-    return values, items
-
-
 def _items(fields, values, at, count):
     width = len(fields)
     if width == 1:
         return list(values[at:at + count])
     names = [field[0] for field in fields]
     return [dict(zip(names, values[at + i * width:at + (i + 1) * width])) for i in range(count)]
-
-
-def hash_text(low, high):
-    """Two 16-bit halves as one hexadecimal word."""
-    return "%04x%04x" % (high & 0xFFFF, low & 0xFFFF)

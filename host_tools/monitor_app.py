@@ -98,7 +98,7 @@ class MonitorApp(App):
         area = self.query_one("#map", Static)
         if area.size.width > 2 and area.size.height > 2:
             area.update(picture_text(rows.map_picture(state, area.size.width, area.size.height, ZOOMS[self.zoom])))
-        self.query_one("#rows", Static).update(side_text(state, self.session.frames.counts()))
+        self.query_one("#rows", Static).update(side_text(state, self.session.link.counts()))
         self.query_one("#status", Static).update(self._status())
 
     def _status(self):

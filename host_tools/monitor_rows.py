@@ -39,21 +39,21 @@ def mission_rows(state):
     else:
         rows += [
             ("pose", "x %.3f m  y %.3f m  heading %.1f°" % (
-                pose["x_um"] * 1e-6, pose["y_um"] * 1e-6, math.degrees(state.heading_rad())), ""),
+                pose.x_um * 1e-6, pose.y_um * 1e-6, math.degrees(state.heading_rad())), ""),
             ("odometry", "x %.3f m  y %.3f m  heading %.1f°" % (
-                pose["odometry_x_um"] * 1e-6, pose["odometry_y_um"] * 1e-6,
-                pose["odometry_heading_bam"] * 360 / 65536), "dim"),
-            ("path", "%.2f m" % (pose["path_mm"] / 1000), ""),
-            ("points", number(pose["points"]), ""),
-            ("vectors", number(pose["vectors"]), ""),
-            ("fixes", number(pose["fixes"]), ""),
-            ("bumps", number(pose["bumps"]), "warn" if pose["bumps"] else ""),
+                pose.odometry_x_um * 1e-6, pose.odometry_y_um * 1e-6,
+                pose.odometry_heading_bam * 360 / 65536), "dim"),
+            ("path", "%.2f m" % (pose.path_mm / 1000), ""),
+            ("points", number(pose.points), ""),
+            ("vectors", number(pose.vectors), ""),
+            ("fixes", number(pose.fixes), ""),
+            ("bumps", number(pose.bumps), "warn" if pose.bumps else ""),
         ]
     if state.answer is not None:
-        rows.append(("wheels", "left %d  right %d mm/s" % (state.answer["left_mm_s"], state.answer["right_mm_s"]), ""))
+        rows.append(("wheels", "left %d  right %d mm/s" % (state.answer.left_mm_s, state.answer.right_mm_s), ""))
     if state.error is not None:
         rows.append(("last ERROR", "code %d on message 0x%02x, detail %d" % (
-            state.error["code"], state.error["message_id"], state.error["detail"]), "warn"))
+            state.error.code, state.error.message_id, state.error.detail), "warn"))
     return rows
 
 
@@ -62,12 +62,12 @@ def store_rows(state, width=16):
     rows = []
     for index in sorted(state.stores):
         store = state.stores[index]
-        used, capacity = store["used"], store["capacity"]
+        used, capacity = store.used, store.capacity
         text = "%s %*d/%d" % (bar(used, capacity, width), len(str(capacity)), used, capacity)
-        text += "  %s B" % number(capacity * store["record_bytes"])
-        mood = "bad" if store["lost"] else "warn" if capacity and used >= 0.9 * capacity else ""
-        rows.append((store["name"] or "store %d" % index, text + (
-            "  lost %s" % number(store["lost"]) if store["lost"] else ""), mood))
+        text += "  %s B" % number(capacity * store.record_bytes)
+        mood = "bad" if store.lost else "warn" if capacity and used >= 0.9 * capacity else ""
+        rows.append((store.name or "store %d" % index, text + (
+            "  lost %s" % number(store.lost) if store.lost else ""), mood))
     return rows or [("stores", "not heard yet", "dim")]
 
 
@@ -75,33 +75,33 @@ def memory_rows(state, width=16):
     memory = state.memory
     if memory is None:
         return [("memory", "not heard yet", "dim")]
-    used, total, after = memory["heap_used_bytes"], memory["heap_bytes"], memory["allocated_after_boot_bytes"]
+    used, total, after = memory.heap_used_bytes, memory.heap_bytes, memory.allocated_after_boot_bytes
     rows = [("heap", "%s %s of %s B" % (bar(used, total, width), number(used), number(total)), "")] if total else [
         ("heap", "not limited on this target", "dim")]
     return rows + [
-        ("heap locked", "yes" if memory["heap_locked"] else "no", "good" if memory["heap_locked"] else "warn"),
+        ("heap locked", "yes" if memory.heap_locked else "no", "good" if memory.heap_locked else "warn"),
         ("after boot", "%s B allocated" % number(after), "bad" if after else "good"),
     ]
 
 
 def link_rows(state, tap=None):
-    """The core's own counters, then what this monitor's reader met on the tap (`tap`: cause -> count)."""
+    """The core's own counters, then what this monitor's reader met on the tap (HostLink.counts())."""
     rows = []
     link = state.link
     if link is None:
         rows.append(("core's link", "not heard yet", "dim"))
     else:
         rows += [
-            ("frames in", "%s, %s B" % (number(link["frames_in"]), number(link["bytes_in"])), ""),
-            ("frames out", "%s, %s B" % (number(link["frames_out"]), number(link["bytes_out"])), ""),
+            ("frames in", "%s, %s B" % (number(link.frames_in), number(link.bytes_in)), ""),
+            ("frames out", "%s, %s B" % (number(link.frames_out), number(link.bytes_out)), ""),
             ("repeated", "%s steps, %s telemetry dropped" % (
-                number(link["duplicates"]), number(link["telemetry_dropped"])), ""),
+                number(link.duplicates), number(link.telemetry_dropped)), ""),
         ]
-        faults = ["%s %d" % (name.replace("bad_", ""), link[name]) for name in _LINK_FAULTS if link[name]]
+        faults = ["%s %d" % (name.replace("bad_", ""), getattr(link, name)) for name in _LINK_FAULTS if getattr(link, name)]
         rows.append(("bad frames", ", ".join(faults) or "none", "warn" if faults else "good"))
     if tap is not None:
-        bad = sum(count for cause, count in tap.items() if cause not in ("frames", "bytes"))
-        rows.append(("tap", "%s frames, %s B%s" % (number(tap["frames"]), number(tap["bytes"]), (
+        bad = sum(tap[cause] for cause in _LINK_FAULTS)
+        rows.append(("tap", "%s frames, %s B%s" % (number(tap["frames_in"]), number(tap["bytes_in"]), (
             ", %d cut or damaged" % bad if bad else "")), "dim"))
     return rows
 
@@ -113,12 +113,12 @@ def infrared_rows(state):
             ("state", "S%d  I1..I8 = %s" % (code + 1, format(code, "08b")), "")]
     if state.step is None:
         return rows + [("readings", "not heard yet", "dim")]
-    for j, count in enumerate(state.step["ir"]):
+    for j, count in enumerate(state.step.ir):
         near = code is not None and code >> (7 - j) & 1  # Table 1: I8 is the least significant bit
         rows.append(("I%d %+4.0f°" % (j + 1, state.ir_bearings_deg[j]), "%s %4d" % (
             bar(count, 1023, 10), count), "warn" if near else ""))
-    sound = state.step["ultrasonic_mm"]
-    bumps = state.step["bump"]
+    sound = state.step.ultrasonic_mm
+    bumps = state.step.bump
     rows.append(("ultrasonic", {0: "no new reading", 65535: "no echo"}.get(sound, "%d mm" % sound), ""))
     rows.append(("bumper", format(bumps, "08b") if bumps else "free", "warn" if bumps else ""))
     return rows
@@ -134,7 +134,7 @@ def infrared_picture(state, columns=21, rows=10):
         angle = i * math.tau / 48
         raster.dot(round(x0 + 0.17 * scale * math.cos(angle)), round(y0 + 0.17 * scale * math.sin(angle)))
     raster.line(x0, y0, x0, y0 + 0.10 * scale)
-    readings = state.step["ir"] if state.step else ()
+    readings = state.step.ir if state.step else ()
     for bearing_deg, count in zip(state.ir_bearings_deg, readings):
         angle = math.radians(90 + bearing_deg)
         near, far = 0.12, 0.12 + beam_m(count)
@@ -179,7 +179,7 @@ def _runs(layers, marks=None):
             dots = 0
             for cell in cells:
                 dots |= ord(cell) - 0x2800
-            text, kind = marks.get((column, row), (chr(0x2800 + dots), kind))
+            text, kind = marks.get((column, row), (chr(0x2800 + dots) if dots else " ", kind))
             if runs and runs[-1][1] == kind:
                 runs[-1] = (runs[-1][0] + text, kind)
             else:
@@ -194,15 +194,15 @@ def plain_line(state):
     pose = state.pose
     if pose is not None:
         parts.append("x %7.3f y %7.3f m %6.1f°" % (
-            pose["x_um"] * 1e-6, pose["y_um"] * 1e-6, math.degrees(state.heading_rad())))
+            pose.x_um * 1e-6, pose.y_um * 1e-6, math.degrees(state.heading_rad())))
         parts.append("path %.1f m  points %d  vectors %d  fixes %d  bumps %d" % (
-            pose["path_mm"] / 1000, pose["points"], pose["vectors"], pose["fixes"], pose["bumps"]))
+            pose.path_mm / 1000, pose.points, pose.vectors, pose.fixes, pose.bumps))
     if state.ir_state is not None:
         parts.append("ir %s" % format(state.ir_state, "08b"))
-    if state.memory is not None and state.memory["heap_bytes"]:
+    if state.memory is not None and state.memory.heap_bytes:
         parts.append("heap %s of %s B%s" % (
-            number(state.memory["heap_used_bytes"]), number(state.memory["heap_bytes"]),
-            " locked" if state.memory["heap_locked"] else ""))
+            number(state.memory.heap_used_bytes), number(state.memory.heap_bytes),
+            " locked" if state.memory.heap_locked else ""))
     return "  ".join(parts)
 
 
@@ -213,5 +213,5 @@ def summary(state):
     text = "%s after %.1f s of robot time" % (state.state_name, state.robot_s)
     if state.pose is not None:
         text += ", %.1f m of path, %d points, %d vectors, %d bumps" % (
-            state.pose["path_mm"] / 1000, state.pose["points"], state.pose["vectors"], state.pose["bumps"])
+            state.pose.path_mm / 1000, state.pose.points, state.pose.vectors, state.pose.bumps)
     return text

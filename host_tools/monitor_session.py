@@ -7,12 +7,12 @@ neither time nor a terminal. IDENTIFY is all that is ever written.
 
 import time
 
-from host_tools.message_fields import hash_text
 from host_tools.monitor_rows import number, summary
 from host_tools.monitor_state import MonitorState
-from host_tools.tap_frames import TapFrames
 from host_tools.terminal_port import PortClosed
-from protocol import schema, schema_hash
+from protocol.frame_reader import BOTH
+from protocol.host_link import HostLink
+from protocol.messages import BY_NAME
 
 SILENCE_S = 10.0        # lockstep gives up after 3 s without an answer: 10 s of nothing is an end
 GARBAGE_S = 3.0         # so long may a cut frame and line noise at the start last
@@ -36,7 +36,7 @@ class MonitorSession:
     def __init__(self, port, first_frame_s=60.0, clock=time.monotonic):
         self.port = port
         self.state = MonitorState()
-        self.frames = TapFrames()
+        self.link = HostLink(listen=BOTH, any_epoch=True)
         self.closed_after_end = False
         self._clock = clock
         self._first_frame_s = first_frame_s
@@ -60,7 +60,7 @@ class MonitorSession:
 
     def waiting_for(self):
         """What has not come yet, for the status line; "" when all is well."""
-        if not self.frames.good:
+        if not self.state.messages:
             return "%s is open, nothing heard from the core yet" % self.port.path
         quiet_s = self.quiet_s()
         return "nothing heard for %.0f s" % quiet_s if quiet_s > 2 and not self.state.ended else ""
@@ -76,10 +76,9 @@ class MonitorSession:
             if not data:
                 break
             came = True
-            good = self.frames.good
-            self.frames.feed(data, self.state.apply)
             self._heard = now
-            if self.frames.good > good:
+            for message in self.link.feed(data):
+                self.state.apply(message)
                 self._good = now
         return came
 
@@ -87,26 +86,20 @@ class MonitorSession:
         """A viewer that came late has missed HELLO: ask until it is known."""
         if self.state.hello is None and (self._asked is None or now - self._asked >= ASK_EVERY_S):
             self._asked = now
-            self.port.write(self.frames.identify())
+            self.port.write(self.link.encode(BY_NAME["IDENTIFY"](section=0, offset=0)))
 
     def _check_schema(self):
-        hello = self.state.hello
-        if hello is None:
-            return
-        ours = schema_hash.halves()
-        theirs = hello["schema_lo"], hello["schema_hi"]
-        if ours != theirs:
-            raise WatchEnded(
-                "The core on %s speaks schema %s (protocol %d to %d) and this monitor %s (protocol %d): install the same version "
-                "of both." % (self.port.path, hash_text(*theirs), hello["protocol_min"], hello["protocol_max"],
-                              hash_text(*ours), schema.VERSION), EXIT_PEER)
+        refusal = self.state.hello and self.link.refusal(self.state.hello)
+        if refusal:
+            raise WatchEnded("On %s %s." % (self.port.path, refusal), EXIT_PEER)
 
     def _check_silence(self, now):
-        if not self.frames.good:
-            if self.frames.bytes > GARBAGE_BYTES and now - self._opened > GARBAGE_S:
+        if not self.state.messages:
+            taken = self.link.counts()["bytes_in"]
+            if taken > GARBAGE_BYTES and now - self._opened > GARBAGE_S:
                 raise WatchEnded(
                     "%s sends bytes that are no frames of this protocol (%s bytes, not one good frame): is it the tap of "
-                    "sim_device?" % (self.port.path, number(self.frames.bytes)), EXIT_PEER)
+                    "sim_device?" % (self.port.path, number(taken)), EXIT_PEER)
             if now - self._opened > self._first_frame_s:
                 raise WatchEnded(
                     "%s is open, but nothing was heard in %g s: is the core running on the robot link?" % (

@@ -1,7 +1,7 @@
 """What the monitor knows of a running core: the newest of everything that passed the tap.
 
-Contract: `apply(name, fields)` takes one decoded message of either direction and
-never raises on what a core may send. Everything grows only to the bound named
+Contract: `apply(message)` takes one message (protocol.messages) of either direction
+and never raises on what a core may send. Everything grows only to the bound named
 below; a new boot, or a step number that goes back, starts the map afresh. No
 terminal, no clock of its own, no port: monitor_rows.py turns this into text.
 """
@@ -9,6 +9,7 @@ terminal, no clock of its own, no port: monitor_rows.py turns this into text.
 import math
 
 from protocol import states
+from protocol.parameters import PARAMETERS
 
 UNIT_M = 0.005            # map coordinates on the wire are in 5 mm
 PATH_STEP_M = 0.05        # the path is drawn from points this far apart
@@ -48,7 +49,7 @@ class MonitorState:
     def state(self):
         """The mission's state number, or None before the core said it."""
         newest = [m for m in (self.answer, self.pose, self.status) if m is not None]
-        return max(newest, key=lambda m: m["step"])["state"] if newest else None
+        return max(newest, key=lambda m: m.step).state if newest else None
 
     @property
     def state_name(self):
@@ -63,7 +64,7 @@ class MonitorState:
 
     @property
     def steps(self):
-        return max([m["step"] for m in (self.step, self.answer, self.pose, self.status) if m is not None], default=0)
+        return max([m.step for m in (self.step, self.answer, self.pose, self.status) if m is not None], default=0)
 
     @property
     def robot_s(self):
@@ -72,66 +73,63 @@ class MonitorState:
     @property
     def ir_state(self):
         newest = self.answer or self.pose
-        return newest["ir_state"] if newest else None
+        return newest.ir_state if newest else None
 
-    def apply(self, name, fields):
+    def apply(self, message):
         self.messages += 1
-        take = getattr(self, "_take_" + name.lower(), None)
+        take = getattr(self, "_take_" + message.NAME.lower(), None)
         if take is not None:
-            take(fields)
+            take(message)
 
-    def _take_hello(self, fields):
-        if self.hello is not None and self.hello["boot_id"] != fields["boot_id"]:
+    def _take_hello(self, message):
+        if self.hello is not None and self.hello.boot_id != message.boot_id:
             self.forget_mission()
-        self.hello = fields
+        self.hello = message
 
-    def _take_step(self, fields):
-        if self.step is not None and fields["step"] < self.step["step"] and fields["step"] <= 1:
+    def _take_step(self, message):
+        if self.step is not None and message.step < self.step.step and message.step <= 1:
             self.forget_mission()
-        self.step = fields
+        self.step = message
 
-    def _take_step_rsp(self, fields):
-        self.answer = fields
+    def _take_step_rsp(self, message):
+        self.answer = message
 
-    def _take_pose(self, fields):
-        if self.pose is not None and fields["step"] < self.pose["step"]:
+    def _take_pose(self, message):
+        if self.pose is not None and message.step < self.pose.step:
             self.forget_mission()
-        self.pose = fields
-        x_m, y_m = fields["x_um"] * 1e-6, fields["y_um"] * 1e-6
+        self.pose = message
+        x_m, y_m = message.x_um * 1e-6, message.y_um * 1e-6
         if not self.path_m or math.dist(self.path_m[-1], (x_m, y_m)) >= PATH_STEP_M:
             self.path_m.append((x_m, y_m))
             if len(self.path_m) > PATH_POINTS_MAX:
                 del self.path_m[1::2]
 
-    def _take_store(self, fields):
-        self.stores[fields["index"]] = fields
+    def _take_store(self, message):
+        self.stores[message.index] = message
 
-    def _take_vector(self, fields):
-        if fields["index"] < VECTORS_MAX:
-            self.vectors[fields["index"]] = fields
+    def _take_vector(self, message):
+        if message.index < VECTORS_MAX:
+            self.vectors[message.index] = message
 
-    def _take_point(self, fields):
-        self.points[fields["order"] & 0xFFFF] = fields
+    def _take_point(self, message):
+        self.points[message.order & 0xFFFF] = message
 
-    def _take_link(self, fields):
-        self.link = fields
+    def _take_link(self, message):
+        self.link = message
 
-    def _take_memory(self, fields):
-        self.memory = fields
+    def _take_memory(self, message):
+        self.memory = message
 
-    def _take_error(self, fields):
-        self.error = fields
+    def _take_error(self, message):
+        self.error = message
 
-    def _take_status_rsp(self, fields):
-        self.status = fields
-        self.memory = {key: fields[key] for key in (
-            "heap_bytes", "heap_used_bytes", "heap_locked", "allocated_after_boot_bytes")}
+    def _take_status_rsp(self, message):
+        self.status = self.memory = message     # it has all of MEMORY's fields
 
-    def _take_parameter(self, fields):
-        from protocol.parameters import PARAMETERS
-        if fields["parameter"] >= len(PARAMETERS):
+    def _take_parameter(self, message):
+        if message.parameter >= len(PARAMETERS):
             return
-        name, index, value = PARAMETERS[fields["parameter"]][0], fields["index"], fields["value"]
+        name, index, value = PARAMETERS[message.parameter][0], message.index, message.value
         if name == "ir_bearing" and index < 8:
             self.ir_bearings_deg[index] = value * 360 / 65536
         elif name == "anchor_count":
@@ -141,19 +139,19 @@ class MonitorState:
 
     _take_param_set = _take_parameter
 
-    def _take_param_value(self, fields):
-        if fields["status"] == 0:
-            self._take_parameter(fields)
+    def _take_param_value(self, message):
+        if message.status == 0:
+            self._take_parameter(message)
 
     def heading_rad(self):
-        return self.pose["heading_bam"] * math.tau / 65536 if self.pose else 0.0
+        return self.pose.heading_bam * math.tau / 65536 if self.pose else 0.0
 
     def position_m(self):
-        return (self.pose["x_um"] * 1e-6, self.pose["y_um"] * 1e-6) if self.pose else None
+        return (self.pose.x_um * 1e-6, self.pose.y_um * 1e-6) if self.pose else None
 
     def walls_m(self):
         """The vectors as (x0, y0, x1, y1) in metres."""
-        return [(v["x"] * UNIT_M, v["y"] * UNIT_M, v["x_end"] * UNIT_M, v["y_end"] * UNIT_M)
+        return [(v.x * UNIT_M, v.y * UNIT_M, v.x_end * UNIT_M, v.y_end * UNIT_M)
                 for v in self.vectors.values()]
 
     def bounds_m(self):

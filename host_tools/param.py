@@ -15,6 +15,7 @@ from host_tools.core_process import CoreError
 from host_tools.core_session import CoreSession
 from host_tools.terminal_port import PortError
 from protocol import schema
+from protocol.messages import BY_NAME
 
 EXIT_OK = 0
 EXIT_USAGE = 2
@@ -83,25 +84,25 @@ def split_name(text):
 
 
 class Parameters:
-    """Contract: `core` answers ask(request, fields, answer, fits); nothing is cached but the core's own table."""
+    """Contract: `core` answers ask(request, answer, fits); nothing is cached but the core's own table."""
 
     def __init__(self, core):
         self._core = core
         self.infos = []
-        for parameter in range(core.hello["parameters"]):
-            info = core.ask("PARAM_LIST", {"parameter": parameter}, "PARAM_INFO",
-                            lambda fields, want=parameter: fields["parameter"] == want)
+        for parameter in range(core.hello.parameters):
+            info = core.ask(BY_NAME["PARAM_LIST"](parameter), "PARAM_INFO",
+                            lambda got, want=parameter: got.parameter == want)
             if info is None:
                 raise CoreError("The core has %d parameters by its HELLO, but does not describe number %d." % (
-                    core.hello["parameters"], parameter))
+                    core.hello.parameters, parameter))
             self.infos.append(info)
 
     def table(self):
         rows = [("parameter", "unit", "range", "default", "value")]
         for info in self.infos:
-            count = info["count"]
-            rows.append((info["name"] + ("[%d]" % count if count > 1 else ""), info["unit"],
-                         "%d to %d" % (info["minimum"], info["maximum"]), str(info["default"]),
+            count = info.count
+            rows.append((info.name + ("[%d]" % count if count > 1 else ""), info.unit,
+                         "%d to %d" % (info.minimum, info.maximum), str(info.default),
                          shorten([self._read(info, i) for i in range(count)])))
         widths = [max(len(row[i]) for row in rows) for i in range(4)]
         return ["  ".join([row[0].ljust(widths[0]), row[1].ljust(widths[1]), row[2].rjust(widths[2]),
@@ -109,69 +110,69 @@ class Parameters:
 
     def get(self, name, index=None):
         info = self._find(name)
-        chosen = range(info["count"]) if index is None else [self._index(info, index)]
+        chosen = range(info.count) if index is None else [self._index(info, index)]
         return [label(info, i) + " = %d" % self._read(info, i) + unit(info) for i in chosen]
 
     def set(self, name, index, value):
         info = self._find(name)
-        if index is None and info["count"] > 1:
+        if index is None and info.count > 1:
             raise ParamError("%s holds %d values: name one, %s.0 to %s.%d." % (
-                name, info["count"], name, name, info["count"] - 1))
+                name, info.count, name, name, info.count - 1))
         index = self._index(info, index or 0)
         before = self._read(info, index)
         if not -INT_LIMIT < value < INT_LIMIT:
             raise ParamError(out_of_range(info, index, value, before))
-        answer = self._value("PARAM_SET", {"parameter": info["parameter"], "index": index, "value": value}, info, index)
-        status = answer["status"]
+        answer = self._value(BY_NAME["PARAM_SET"](info.parameter, index, value), info, index)
+        status = answer.status
         if status == schema.PARAM_OUT_OF_RANGE:
-            raise ParamError(out_of_range(info, index, value, answer["value"]))
+            raise ParamError(out_of_range(info, index, value, answer.value))
         if status == schema.PARAM_LOCKED:
             raise ParamError("%s cannot be set any more: the mission has begun and its parameters are locked; restart the "
                              "core and set it before the first step." % label(info, index))
-        if status != schema.PARAM_OK or answer["value"] != value:
+        if status != schema.PARAM_OK or answer.value != value:
             raise ParamError("The core did not take %s = %d (status %d, value %d)." % (
-                label(info, index), value, status, answer["value"]))
+                label(info, index), value, status, answer.value))
         return "%s = %d%s (was %d)" % (label(info, index), value, unit(info), before)
 
     def _find(self, name):
         for info in self.infos:
-            if info["name"] == name:
+            if info.name == name:
                 return info
-        near = difflib.get_close_matches(name, [info["name"] for info in self.infos], 1)
+        near = difflib.get_close_matches(name, [info.name for info in self.infos], 1)
         raise ParamError("The core has no parameter '%s'%s; `host_tools param list` shows all %d." % (
             name, ": did you mean %s" % near[0] if near else "", len(self.infos)))
 
     def _index(self, info, index):
-        if index >= info["count"]:
+        if index >= info.count:
             raise ParamError("%s has no value number %d: it holds %s." % (
-                info["name"], index, "one, number 0" if info["count"] == 1 else "numbers 0 to %d" % (info["count"] - 1)))
+                info.name, index, "one, number 0" if info.count == 1 else "numbers 0 to %d" % (info.count - 1)))
         return index
 
     def _read(self, info, index):
-        answer = self._value("PARAM_GET", {"parameter": info["parameter"], "index": index}, info, index)
-        if answer["status"] == schema.PARAM_UNKNOWN:
+        answer = self._value(BY_NAME["PARAM_GET"](info.parameter, index), info, index)
+        if answer.status == schema.PARAM_UNKNOWN:
             raise CoreError("The core lists %s, but answers that it does not know it." % label(info, index))
-        return answer["value"]
+        return answer.value
 
-    def _value(self, request, fields, info, index):
-        answer = self._core.ask(request, fields, "PARAM_VALUE", lambda got: (
-            got["parameter"] == info["parameter"] and got["index"] == index))
+    def _value(self, request, info, index):
+        answer = self._core.ask(request, "PARAM_VALUE", lambda got: (
+            got.parameter == info.parameter and got.index == index))
         if answer is None:
-            raise CoreError("The core answers %s of %s with an ERROR." % (request, label(info, index)))
+            raise CoreError("The core answers %s of %s with an ERROR." % (request.NAME, label(info, index)))
         return answer
 
 
 def label(info, index):
-    return "%s.%d" % (info["name"], index) if info["count"] > 1 else info["name"]
+    return "%s.%d" % (info.name, index) if info.count > 1 else info.name
 
 
 def unit(info):
-    return " " + info["unit"] if info["unit"] else ""
+    return " " + info.unit if info.unit else ""
 
 
 def out_of_range(info, index, value, stays):
     return "%s takes %d to %d%s: %d was refused and %d stays." % (
-        label(info, index), info["minimum"], info["maximum"], unit(info), value, stays)
+        label(info, index), info.minimum, info.maximum, unit(info), value, stays)
 
 
 def shorten(values):

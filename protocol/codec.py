@@ -8,33 +8,23 @@
 from protocol.tables import BODY_MAX, HEAD_BYTES, HEAD_PLAN, HEAD_VALUES, ITEM_BYTES, ITEM_PLAN, ITEM_VALUES, PLACE
 
 
-def row_of(message_id):
-    # -> the message's row in the tables, or 255
-    if message_id < len(PLACE):
-        return PLACE[message_id]
-    return 255
-
-
 def decode_into(message_id, buf, start, end, values):
     # -> how many ints were written, or -1: unknown id, wrong length, or a value out of +-2**30
-    row = row_of(message_id)
+    row = PLACE[message_id]
     if row == 255:
         return -1
-    head = HEAD_BYTES[row]
     count = HEAD_VALUES[row]
-    extra = end - start - head
     item = ITEM_BYTES[row]
-    if item == 0:
-        if extra != 0 or not _take(HEAD_PLAN[row], 1, buf, start, values, 0):
-            return -1
-        return count
-    if extra < 0 or extra % item != 0 or end - start > BODY_MAX:
+    extra = end - start - HEAD_BYTES[row]
+    if extra != 0 and (extra < 0 or item == 0 or extra % item != 0 or end - start > BODY_MAX):
         return -1
     if not _take(HEAD_PLAN[row], 1, buf, start, values, 0):
         return -1
+    if item == 0:
+        return count
     items = extra // item
     values[count] = items
-    if items and not _take(ITEM_PLAN[row], items, buf, start + head, values, count + 1):
+    if items and not _take(ITEM_PLAN[row], items, buf, end - extra, values, count + 1):
         return -1
     return count + 1 + items * ITEM_VALUES[row]
 
@@ -43,7 +33,7 @@ def encode_into(message_id, values, buf, start, items=0):
     # -> the end of the body in buf, or -1: unknown id, a group that the message has not, or a body over
     # BODY_MAX. `items` is the group's count; its items stand where decode_into puts them.
     # A value wider than its field is cut to the field's bits.
-    row = row_of(message_id)
+    row = PLACE[message_id]
     if row == 255:
         return -1
     end = start + HEAD_BYTES[row]
@@ -118,15 +108,16 @@ def _put(plan, repeats, buf, at, values, k):
             value = values[k]
             k += 1
             buf[at] = value & 255
-            at += 1
             if kind < 3:
-                buf[at] = value >> 8 & 255
+                buf[at + 1] = value >> 8 & 255
+                at += 2
+            elif kind < 5:
                 at += 1
-            elif kind > 4:
-                buf[at] = value >> 8 & 255
-                buf[at + 1] = value >> 16 & 255
-                buf[at + 2] = value >> 24 & 255
-                at += 3
+            else:
+                buf[at + 1] = value >> 8 & 255
+                buf[at + 2] = value >> 16 & 255
+                buf[at + 3] = value >> 24 & 255
+                at += 4
 
 
 def _put_p10(buf, at, values, k):

@@ -2,14 +2,13 @@
 #
 #   crc32_into(buf, start, end, out)    out: array "H" of 2, gets the low and the high half
 #
-# A 32-bit int is a heap object on a 32-bit MicroPython, so that a 32-bit CRC
-# cannot run with the heap locked. Here the register is four bytes, and the table
-# four tables of bytes, one for each byte of the entry: no shift, no mask, 31
-# bytecodes a byte (16-entry tables of halves: 52), and frozen they stay in flash.
-# The same loop as machine code (crc32_viper.py) serves where the port has the emitter,
-# and C on CPython.
+# A 32-bit int is a heap object on a 32-bit MicroPython, so that a 32-bit CRC cannot
+# run with the heap locked. Three loops do the same; the first that the runtime has is
+# crc32_into: C on CPython, machine code (crc32_viper.py; its tables are the four below,
+# one for each byte of an entry, in flash when frozen), or bytecode with TableCrc32.
 
 import sys
+from array import array
 
 _T0 = (
     b"\x00\x96\x2c\xba\x19\x8f\x35\xa3\x32\xa4\x1e\x88\x2b\xbd\x07\x91\x64\xf2\x48\xde\x7d\xeb\x51\xc7\x56\xc0\x7a\xec\x4f\xd9\x63\xf5"
@@ -53,52 +52,50 @@ _T3 = (
 )
 
 
-def table_crc32_into(buf, start, end, out):
-    # The portable one. Four bytes a turn: the loop's own bytecodes are a quarter of the work otherwise.
-    t0 = _T0
-    t1 = _T1
-    t2 = _T2
-    t3 = _T3
-    a = b = c = d = 255
-    last = end - 3
-    while start < last:
-        i = a ^ buf[start]
-        a = b ^ t0[i]
-        b = c ^ t1[i]
-        c = d ^ t2[i]
-        d = t3[i]
-        i = a ^ buf[start + 1]
-        a = b ^ t0[i]
-        b = c ^ t1[i]
-        c = d ^ t2[i]
-        d = t3[i]
-        i = a ^ buf[start + 2]
-        a = b ^ t0[i]
-        b = c ^ t1[i]
-        c = d ^ t2[i]
-        d = t3[i]
-        i = a ^ buf[start + 3]
-        a = b ^ t0[i]
-        b = c ^ t1[i]
-        c = d ^ t2[i]
-        d = t3[i]
-        start += 4
-    while start < end:
-        i = a ^ buf[start]
-        a = b ^ t0[i]
-        b = c ^ t1[i]
-        c = d ^ t2[i]
-        d = t3[i]
+class TableCrc32:
+    # The portable loop. The register is split 8 + 24, so that a byte takes 21 bytecodes (two halves
+    # with 16-entry tables: 52), for a table of 1 KB of RAM, made once here. into() allocates nothing.
+
+    def __init__(self):
+        self.low = _T0
+        self.rest = array("i", bytes(1024))  # the upper 24 bits of each entry
+        for i in range(256):
+            self.rest[i] = _T1[i] | _T2[i] << 8 | _T3[i] << 16
+
+    def into(self, buf, start, end, out):
+        # i and j hold the index of this byte and of the next in turn: that is why two bytes make a turn.
+        if start >= end:
+            out[0] = 0
+            out[1] = 0
+            return
+        low = self.low
+        rest = self.rest
+        register = 0xFFFFFF
+        i = buf[start] ^ 255
         start += 1
-    out[0] = (a | b << 8) ^ 65535
-    out[1] = (c | d << 8) ^ 65535
+        last = end - 1
+        while start < last:
+            j = (register ^ low[i]) & 255 ^ buf[start]
+            register = register >> 8 ^ rest[i]
+            i = (register ^ low[j]) & 255 ^ buf[start + 1]
+            register = register >> 8 ^ rest[j]
+            start += 2
+        if start < end:
+            j = (register ^ low[i]) & 255 ^ buf[start]
+            register = register >> 8 ^ rest[i]
+            i = j
+        out[0] = (register & 255 ^ low[i] | (register >> 8 ^ rest[i]) << 8 & 65280) ^ 65535
+        out[1] = (register >> 8 ^ rest[i]) >> 8 ^ 65535
 
 
 if sys.implementation.name == "micropython":
     try:
         from protocol.crc32_viper import crc32_into
     except (ImportError, SyntaxError, ValueError):  # a port without the emitter, or .mpy of another machine
-        crc32_into = table_crc32_into
+        _TABLE = TableCrc32()
+
+        def crc32_into(buf, start, end, out):
+            _TABLE.into(buf, start, end, out)
 else:
     from zlib import crc32 as _crc32
 

@@ -57,8 +57,7 @@ def tuple_of(rows):
 
 
 def tables_text(messages=schema.MESSAGES):
-    last = max(row[0] for row in messages)
-    place = bytearray(b"\xff" * (last + 1))
+    place = bytearray(b"\xff" * 256)
     heads, items, flags = [], [], []
     for row, (message_id, _, direction, reliable, fields) in enumerate(messages):
         place[message_id] = row

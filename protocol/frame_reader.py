@@ -82,12 +82,13 @@ class FrameReader:
         self.ready = False
         at = start
         while at < end:
+            if buf[at] == 0 and self._held_size == 0:
+                at += 1  # between two frames stand two delimiters
+                continue
             zero = buf.find(_ZERO, at, end)
             if zero < 0:
                 self._hold(buf, at, end)
                 at = end
-            elif zero == at and self._held_size == 0:
-                at += 1
             elif self._held_size == 0:
                 self._check(buf, at, zero)
                 at = zero + 1

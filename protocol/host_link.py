@@ -19,6 +19,7 @@ COUNTER_NAMES = tuple(field[0] for field in BY_NAME["LINK"].FIELDS) + ("stale",)
 HANDSHAKE_MAX = 0x04  # HELLO, WELCOME, IDENTIFY, IDENTITY: always in epoch 0
 
 _BYTES = tuple(bytes((n,)) for n in range(256))
+_HASH_LO, _HASH_HI = schema_hash.halves()
 _STEP = BY_NAME["STEP"]
 _STEP_HEAD = _STEP._HEAD.pack
 _STEP_ITEM = _STEP._ITEM.pack
@@ -81,18 +82,16 @@ class HostLink:
         if hello.boot_id != self.boot_id:
             self.boot_id = hello.boot_id
             self.epoch = self.epoch % 3 + 1
-        lo, hi = schema_hash.halves()
-        return self.encode(BY_NAME["WELCOME"](self.epoch, hello.boot_id, lo, hi))
+        return self.encode(BY_NAME["WELCOME"](self.epoch, hello.boot_id, _HASH_LO, _HASH_HI))
 
     def refusal(self, hello):
         # -> None, or the sentence that says why this core cannot be worked with
-        lo, hi = schema_hash.halves()
         if not hello.protocol_min <= schema.VERSION <= hello.protocol_max:
             return "the core speaks link versions %d to %d, this host speaks %d: update the older of the two" % (
                 hello.protocol_min, hello.protocol_max, schema.VERSION)
-        if (hello.schema_lo, hello.schema_hi) != (lo, hi):
+        if (hello.schema_lo, hello.schema_hi) != (_HASH_LO, _HASH_HI):
             return "the core's message schema is %04x%04x, this host's is %04x%04x: update the older of the two" % (
-                hello.schema_hi, hello.schema_lo, hi, lo)
+                hello.schema_hi, hello.schema_lo, _HASH_HI, _HASH_LO)
         return None
 
     def counts(self):

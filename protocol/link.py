@@ -14,10 +14,12 @@
 from array import array
 
 from protocol import cobs
-from protocol.codec import decode_into, encode_into, row_of
+from protocol.codec import decode_into, encode_into
 from protocol.crc32 import crc32_into
 from protocol.frame_reader import BAD_ID, BAD_VALUE, COUNTERS, DOWN, STALE, WIRE_MAX, FrameReader
-from protocol.tables import BODY_MAX, ERROR, FLAGS, HELLO, IDENTITY, SCHEMA_HI, SCHEMA_LO, VALUES_MAX, VERSION, WELCOME
+from protocol.tables import (
+    BODY_MAX, ERROR, FLAGS, HELLO, IDENTITY, PLACE, SCHEMA_HI, SCHEMA_LO, VALUES_MAX, VERSION, WELCOME,
+)
 
 try:
     from micropython import const
@@ -155,13 +157,13 @@ class Link:
         reader = self.reader
         message_id = reader.message_id
         epoch = reader.ctl >> 5 & 3
-        if message_id > IDENTITY or message_id == 0:
-            if epoch == 0 or epoch != self.epoch:
+        if 0 < message_id <= IDENTITY:
+            if epoch != 0:
                 return reader.count(STALE)
-        elif epoch != 0:
+        elif epoch == 0 or epoch != self.epoch:
             return reader.count(STALE)
         self._ack = reader.seq
-        row = row_of(message_id)
+        row = PLACE[message_id]
         if row == 255 or FLAGS[row] & 1 != DOWN:
             reader.count(BAD_ID)
             return self.send_error(_ERROR_UNKNOWN_ID, message_id, 0)

@@ -9,8 +9,9 @@ import sys
 import time
 import tty
 
-from host_tools.tap_frames import TapFrames
 from protocol import schema_hash, states
+from protocol.host_link import HostLink
+from protocol.messages import BY_NAME
 
 WIDTH_M, HEIGHT_M = 4.0, 3.0
 SPEED_M_S = 0.3
@@ -21,7 +22,7 @@ class Story:
     """Contract: `frames(step)` gives the frames of one step as bytes; after `last_step` the state is `end_state`."""
 
     def __init__(self, end_state=states.DONE, boot_id=7):
-        self.codec = TapFrames()
+        self.codec = HostLink()
         self.codec.epoch = 1
         self.end_state = end_state
         self.boot_id = boot_id
@@ -29,15 +30,15 @@ class Story:
         self.perimeter_m = 2 * (WIDTH_M + HEIGHT_M)
         self.last_step = int(self.perimeter_m / SPEED_M_S * 50)
 
-    def up(self, name, fields):
-        return self.codec.encode(name, fields, up=True)
+    def frame(self, name, fields):
+        return self.codec.encode(BY_NAME[name](**fields))
 
     def hello(self, **changes):
         low, high = schema_hash.halves()
         fields = dict(protocol_min=1, protocol_max=1, schema_lo=low, schema_hi=high, firmware_lo=1, firmware_hi=2,
                       boot_id=self.boot_id, reset_cause=0, body_max=96, window_down=4, window_up=2, capabilities=0,
                       stores=len(STORES), parameters=26, heap_bytes=196608, heap_used_bytes=61000, heap_code_bytes=40000)
-        return self.up("HELLO", dict(fields, **changes))
+        return self.frame("HELLO", dict(fields, **changes))
 
     def pose_at(self, step):
         """(x, y, heading, side) on the way round, 20 cm inside the walls as a follower drives."""
@@ -51,10 +52,10 @@ class Story:
             along -= length
 
     def frames(self, step):
-        out = self.codec.encode("STEP", dict(step=step, left=13, right=13, ir=[90, 60, 120, 210, 320, 560, 200, 40],
-                                             ultrasonic_mm=1200, bump=0, uwb=[]))
+        out = self.frame("STEP", dict(step=step, left=13, right=13, ir=[90, 60, 120, 210, 320, 560, 200, 40],
+                                    ultrasonic_mm=1200, bump=0, uwb=()))
         state = self.state_at(step)
-        out += self.up("STEP_RSP", dict(step=step, left_mm_s=300, right_mm_s=298, state=state, ir_state=4, hash16=step & 0xFFFF))
+        out += self.frame("STEP_RSP", dict(step=step, left_mm_s=300, right_mm_s=298, state=state, ir_state=4, hash16=step & 0xFFFF))
         if step % 5 == 0:
             out += self.pose(step, state)
         if step % 50 == 0:
@@ -67,7 +68,7 @@ class Story:
     def pose(self, step, state):
         x, y, heading, side = self.pose_at(step)
         bam = round(heading / math.tau * 65536) & 0xFFFF
-        return self.up("POSE", dict(
+        return self.frame("POSE", dict(
             step=step, x_um=round(x * 1e6), y_um=round(y * 1e6), heading_bam=bam, odometry_x_um=round(x * 1.01e6),
             odometry_y_um=round(y * 1e6), odometry_heading_bam=bam, state=state, ir_state=4,
             path_mm=step * 6, points=side + 1, vectors=side, fixes=side, bumps=0))
@@ -77,12 +78,12 @@ class Story:
         done = 4 if step >= self.last_step else side
         out = b"".join(self.vector(i) for i in range(done))
         for index, (name, capacity, size) in enumerate(STORES):
-            out += self.up("STORE", dict(index=index, name=name, used=min(done + index, capacity), capacity=capacity,
+            out += self.frame("STORE", dict(index=index, name=name, used=min(done + index, capacity), capacity=capacity,
                                          record_bytes=size, lost=0))
-        out += self.up("LINK", dict(
+        out += self.frame("LINK", dict(
             frames_in=step, bytes_in=step * 35, frames_out=step, bytes_out=step * 24, duplicates=0, telemetry_dropped=0,
             bad_cobs=0, bad_crc=1, bad_length=0, bad_header=0, bad_id=0, bad_value=0, overrun=0))
-        return out + self.up("MEMORY", dict(heap_bytes=196608, heap_used_bytes=61234, heap_locked=1, allocated_after_boot_bytes=0))
+        return out + self.frame("MEMORY", dict(heap_bytes=196608, heap_used_bytes=61234, heap_locked=1, allocated_after_boot_bytes=0))
 
     def vector(self, index):
         margin = 0.2    # walls lie outside of the robot's way
@@ -90,7 +91,7 @@ class Story:
         ends = [(self.corners[i % 4][0] + margin * sign[i % 4][0], self.corners[i % 4][1] + margin * sign[i % 4][1])
                 for i in (index, index + 1)]
         (x0, y0), (x1, y1) = ends
-        return self.up("VECTOR", dict(index=index, chain=0, kind=0, x=round(x0 / 0.005), y=round(y0 / 0.005),
+        return self.frame("VECTOR", dict(index=index, chain=0, kind=0, x=round(x0 / 0.005), y=round(y0 / 0.005),
                                       x_end=round(x1 / 0.005), y_end=round(y1 / 0.005), sigma_mm=4))
 
 

@@ -1,0 +1,164 @@
+# UWB reports to the deviation of the position (Paper eq. 3), integers only.
+
+from array import array
+from ..fixed import isqrt, power2
+
+SOURCE_NONE = 0
+SOURCE_STRENGTH = 1
+SOURCE_TIME_OF_FLIGHT = 2
+
+_AGE_SHIFT = 5          # each report fades the older ones by 1/32: about three seconds of them count
+_AXIS_MAX_MM = 20000    # no transmitter is heard farther off
+_GATE_MM = 120          # a range farther off than this and four deviations is an outlier
+_RESIDUAL_MAX_MM = 900
+_UNIT_Q8 = 256
+_TOF_SIGMA_MM = 100
+
+
+class Uwb:
+    # Weighted least squares of the deviation (dx, dy) of the true from the estimated position, over the
+    # ranges of the last reports (Paper eq. 3 averages n samples of one transmitter; here all count,
+    # each by its own accuracy, linearised at the estimate; transmitter heights are known).
+    #   add(values, first, x_mm, y_mm): the records of a STEP, seen from the estimate
+    #   solve(): dx_mm, dy_mm, reports -> False when the geometry or the reports are too few
+    #   clear(): after the estimate was replaced
+    # Weights are in 1/16 of that of a 100 mm deviation. Allocates in __init__ only.
+
+    def __init__(self):
+        self.dx_mm = 0
+        self.dy_mm = 0
+        self.reports = 0
+        self.outliers = 0
+        self._source = 0
+        self._anchors = 0
+        self._xs = None
+        self._first_x = 0
+        self._first_y = 0
+        self._first_z = 0
+        self._level_1m = 0
+        self._level_min = 0
+        self._gamma = 1700
+        self._spread_q12 = 0   # relative deviation of a range
+        self._alpha_q12 = 4096
+        self._sums = array("i", bytes(20))  # a11, a12, a22, b1, b2
+
+    def begin(self, source, anchors, table, first_x, first_y, first_z, level_1m, level_min, gamma, sigma):
+        self._source = source
+        self._anchors = anchors
+        self._xs = table
+        self._first_x = first_x
+        self._first_y = first_y
+        self._first_z = first_z
+        self._level_1m = level_1m
+        self._level_min = level_min
+        self._gamma = gamma
+        # s = ln 10 sigma / (10 gamma); alpha = exp(-s^2 / 2), to the second order
+        s = sigma * 9431 // gamma           # Q12: ln(10) / 10 * 4096 * 10
+        self._spread_q12 = s if s > 20 else 20
+        self._alpha_q12 = 4096 - (s * s >> 13) if s < 2048 else 3584
+
+    def clear(self):
+        for i in range(5):
+            self._sums[i] = 0
+        self.reports = 0
+
+    def shift(self, dx_mm, dy_mm):
+        # The estimate has moved by (dx, dy): the reports that count now deviate by so much less.
+        s = self._sums
+        s[3] -= s[0] * dx_mm + s[1] * dy_mm
+        s[4] -= s[1] * dx_mm + s[2] * dy_mm
+
+    def add(self, values, first, x_mm, y_mm):
+        n = values[first]
+        if n <= 0 or self._source == SOURCE_NONE:
+            return
+        sums = self._sums
+        for i in range(5):
+            sums[i] -= sums[i] >> _AGE_SHIFT
+        used = 0
+        first += 1
+        while n > 0:
+            n -= 1
+            if self._range(values, first, x_mm, y_mm):
+                used += 1
+            first += 3
+        if used and self.reports < 1000:
+            self.reports += 1
+
+    def _range(self, values, first, x_mm, y_mm):
+        anchor = values[first]
+        if anchor < 0 or anchor >= self._anchors or values[first + 1] < self._level_min:
+            return False
+        dx = self._xs[self._first_x + anchor] - x_mm
+        dy = self._xs[self._first_y + anchor] - y_mm
+        dz = self._xs[self._first_z + anchor]
+        if not (-_AXIS_MAX_MM < dx < _AXIS_MAX_MM and -_AXIS_MAX_MM < dy < _AXIS_MAX_MM):
+            return False
+        expected = isqrt(dx * dx + dy * dy + dz * dz)
+        if expected < 100:
+            return False
+        if self._source == SOURCE_STRENGTH:
+            # Paper eq. 3: d = alpha 10^((PL_1 - P) / (10 gamma)) = alpha 2^(log2(10) / 10 ...)
+            d = self._level_1m - values[first + 1]
+            if d > 20000 or d < -20000:
+                return False
+            d = power2(d * 13607 // self._gamma)
+            if d > 40000:
+                return False
+            d = d * self._alpha_q12 >> 12
+            deviation = d * self._spread_q12 >> 12
+        else:
+            d = values[first + 2]
+            if d <= 0 or d > 40000:
+                return False
+            deviation = _TOF_SIGMA_MM
+        e = expected - d
+        gate = _GATE_MM + 4 * deviation
+        if gate > _RESIDUAL_MAX_MM:
+            gate = _RESIDUAL_MAX_MM
+        if e > gate or e < -gate:
+            self.outliers = (self.outliers + 1) & 0xFFFF
+            return False
+        # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
+        q = 400 // (deviation if deviation > 25 else 25)  # 16 at 25 mm, 4 at 100 mm
+        w = q * q >> 2
+        if w < 1:
+            w = 1
+        ux = (dx * 64) // expected
+        uy = (dy * 64) // expected
+        sums = self._sums
+        sums[0] += w * ux * ux >> 6
+        sums[1] += w * ux * uy >> 6
+        sums[2] += w * uy * uy >> 6
+        sums[3] += w * ux * e
+        sums[4] += w * uy * e
+        return True
+
+    def solve(self):
+        # sums: A in w Q6 (unit vectors Q6 squared, shifted back), b in w Q6 mm.
+        a = self._sums[0]
+        b = self._sums[1]
+        c = self._sums[2]
+        p = self._sums[3]
+        q = self._sums[4]
+        while a > 8191 or c > 8191:
+            a >>= 1
+            b >>= 1
+            c >>= 1
+            p >>= 1
+            q >>= 1
+        det = a * c - b * b
+        if self.reports < 6 or det < 4096:
+            return False
+        while p > 16383 or p < -16384 or q > 16383 or q < -16384:
+            a >>= 1
+            b >>= 1
+            c >>= 1
+            p >>= 1
+            q >>= 1
+        det = a * c - b * b
+        if det < 64:
+            return False
+        self.dx_mm = (c * p - b * q) // det
+        self.dy_mm = (a * q - b * p) // det
+        return True

@@ -1,0 +1,151 @@
+# The command `sim_device`: the virtual robot in a home, on a pty on which a core is awaited.
+
+import argparse
+import contextlib
+import signal
+import sys
+from importlib import metadata
+
+from protocol import parameters
+from sim_device.report import JsonReport, PlainReport, ReaderGone
+
+EXIT_FINISHED, EXIT_NOT_FINISHED, EXIT_BAD_INPUT, EXIT_PEER, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
+FLAG_NAMES = tuple(row[0] for row in getattr(parameters, "FLAGS", ()))
+
+EPILOG = """\
+Start the core on the link by `python -m firmware_py PATH` or `micropython -X heapsize=192k -m firmware_py PATH`, and a viewer on
+the tap by `host_tools monitor PATH`, in any order. Exit codes: 0 finished, 1 not finished, 2 bad arguments or a bad
+home, 3 the core or a file failed, 130 interrupted."""
+
+
+class InputError(Exception):
+    """One sentence: which argument, what is wrong with it."""
+
+
+def arguments():
+    parser = argparse.ArgumentParser(
+        prog="sim_device", description="The virtual robot in a home, in lockstep with a core on a pty.", epilog=EPILOG)
+    parser.add_argument("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
+    parser.add_argument("--link", metavar="PATH", required=True, help="the name to give the pty on which the core is awaited")
+    parser.add_argument("--tap", metavar="PATH", action="append", default=[], help="the name of a pty for a viewer (may be given again)")
+    parser.add_argument("--robot", metavar="TOML", help="the robot's configuration (default: the one shipped)")
+    parser.add_argument("--uwb", default="paper", choices=("paper", "rssi_real", "tof", "tof_nlos", "none"), help="how good the UWB receiver is")
+    parser.add_argument("--odometry", default="calibrated", choices=("calibrated", "poor"))
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of every random number of the robot")
+    parser.add_argument("--mode", default="improved", choices=("improved", "paper"))
+    parser.add_argument("--set", action="append", default=[], metavar="FLAG=on|off", help="switch one improvement: %s" % (", ".join(FLAG_NAMES) or "none yet"))
+    parser.add_argument("--log", metavar="FILE", help="keep every frame")
+    parser.add_argument("--truth", metavar="FILE", help="keep the true path: <I3d> step, x, y, theta")
+    parser.add_argument("--map", metavar="FILE", help="keep the map that the core sends at the end")
+    parser.add_argument("--realtime", action="store_true", help="50 steps a second instead of as many as there can be")
+    parser.add_argument("--max-robot-s", type=positive, default=3600.0, metavar="S", help="give up after that much robot time")
+    parser.add_argument("--wait", type=positive, default=30.0, metavar="S", help="for the core's first word")
+    parser.add_argument("--json-lines", action="store_true", help="events as JSON lines on stdout")
+    parser.add_argument("--version", action="version", version="sim_device " + version())
+    return parser
+
+
+def version():
+    try:
+        return metadata.version("tvslam")
+    except metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def positive(text):
+    value = float(text)
+    if not 0 < value < 1e9:
+        raise argparse.ArgumentTypeError("%s is not a positive number of seconds" % text)
+    return value
+
+
+def settings(options, told):
+    """The parameters that the command line sets, over those that the robot has: {name: [ints]}."""
+    rows = {row[0]: row for row in parameters.PARAMETERS}
+    flags = told.get("flags", [rows["flags"][5]])[0]
+    for setting in options.set:
+        name, _, value = setting.partition("=")
+        if name not in FLAG_NAMES:
+            raise InputError("--set %s: there is no flag %s; there are: %s" % (setting, name, ", ".join(FLAG_NAMES) or "none yet"))
+        if value not in ("on", "off"):
+            raise InputError("--set %s: give %s=on or %s=off" % (setting, name, name))
+        bit = 1 << FLAG_NAMES.index(name)
+        flags = flags | bit if value == "on" else flags & ~bit
+    return {"mode": [1 if options.mode == "paper" else 0], "flags": [flags]}
+
+
+# Counts SIGINT, SIGTERM and SIGHUP instead of dying of them, while inside `with`.
+class Signals(contextlib.AbstractContextManager):
+    def __init__(self):
+        self.count = 0
+        self._before = {}
+
+    def __enter__(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            self._before[number] = signal.signal(number, self._came)
+        return self
+
+    def __exit__(self, *_):
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _came(self, number, frame):
+        self.count += 1
+
+    def __call__(self):
+        return self.count
+
+
+def main(argv=None):
+    options = arguments().parse_args(argv)
+    report = JsonReport() if options.json_lines else PlainReport()
+    with Signals() as signals:
+        try:
+            return mission(options, report, signals)
+        except ReaderGone:
+            # Nobody is left to tell. Stdout stays shut, or the interpreter would complain at its end.
+            sys.stdout = None
+            return EXIT_INTERRUPTED
+
+
+def mission(options, report, signals):
+    # Imported here: --version and a wrong argument need none of it.
+    from sim_device.config import RobotError, load_robot
+    from sim_device.home import HomeError, load_home
+    from sim_device.links.peer import PeerError
+    from sim_device.links.pty import LinkError, Pty
+    from sim_device.links.tap import Taps
+    from sim_device.links.trace import FrameLog, TraceError, TruthFile
+    from sim_device.session import Session
+    from sim_device.virtual_robot import VirtualRobot
+
+    started = False
+    try:
+        with contextlib.ExitStack() as stack:
+            home = load_home(options.home)
+            robot = VirtualRobot(home, load_robot(options.robot), options.seed, options.uwb, options.odometry)
+            told = settings(options, robot.parameters())
+            notes = {key: getattr(options, key) for key in ("seed", "uwb", "odometry", "mode")}
+            log = options.log and stack.enter_context(contextlib.closing(FrameLog(options.log, home=home.name, **notes)))
+            truth = options.truth and stack.enter_context(contextlib.closing(TruthFile(options.truth)))
+            keep = options.map and stack.enter_context(contextlib.closing(TruthFile(options.map)))
+            link = stack.enter_context(contextlib.closing(Pty(options.link)))
+            taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
+            session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals)
+            report.event("ready", home=home.name, link=options.link, pty=link.name, taps=options.tap, seed=options.seed)
+            started = True
+            end = session.run(options.wait)
+            if keep and session.map_bytes is not None:
+                keep.add(session.map_bytes)
+    except (HomeError, RobotError, LinkError, InputError) as error:
+        code, sentence = EXIT_BAD_INPUT, str(error)
+    except TraceError as error:
+        code, sentence = EXIT_PEER if started else EXIT_BAD_INPUT, str(error)
+    except PeerError as error:
+        code, sentence = EXIT_PEER, str(error)
+    else:
+        code = EXIT_INTERRUPTED if end["reason"] == "interrupted" else EXIT_FINISHED if end["finished"] else EXIT_NOT_FINISHED
+        report.event("end", exit=code, **end)
+        return code
+    report.error(sentence, code)
+    return code

@@ -1,0 +1,74 @@
+# What a mission tells while it runs: JSON lines for programs, short lines for people.
+
+import json
+import sys
+import time
+
+from protocol import states
+
+PLAIN_EVERY_S = 5.0
+
+
+class ReaderGone(Exception):
+    """Whoever read our events has gone away."""
+
+
+# Events as JSON lines on stdout, each flushed: {"event": name, ...}.
+class JsonReport:
+    def event(self, name, **fields):
+        try:
+            print(json.dumps({"event": name, **fields}, separators=(",", ":")), flush=True)
+        except BrokenPipeError:
+            raise ReaderGone from None
+
+    def error(self, sentence, code):
+        print("sim_device: " + sentence, file=sys.stderr)
+        try:
+            self.event("error", sentence=sentence, exit=code)
+        except ReaderGone:
+            pass
+
+
+# The same for people, on stderr: one line rewritten on a terminal, a line every 5 s elsewhere.
+class PlainReport:
+    def __init__(self):
+        self._stream = sys.stderr
+        self._live = self._stream.isatty()
+        self._open = False
+        self._next_s = time.monotonic() + PLAIN_EVERY_S
+
+    def event(self, name, **fields):
+        if name == "progress":
+            self._progress(fields)
+        elif name == "ready":
+            self._say("waiting for the core on %s" % fields["link"])
+        elif name == "start":
+            self._say("the core has %d bytes of heap, %d used; the mission starts" % (
+                fields["hello"]["heap_bytes"], fields["hello"]["heap_used_bytes"]))
+        elif name == "end":
+            self._say("%s: %s (%s). %.1f s of robot time, %.1f m, %d contacts; %d steps in %.1f s, %s times real time; %d frames, %d sent again" % (
+                "finished" if fields["finished"] else "not finished", fields["reason"], fields["state"], fields["robot_s"], fields["path_m"],
+                fields["contacts"], fields["steps"], fields["wall_s"], fields["real_time_factor"], fields["frames"], fields["resent"]))
+
+    def error(self, sentence, code):
+        self._say("sim_device: " + sentence)
+
+    def _progress(self, fields):
+        now_s = time.monotonic()
+        if not self._live and now_s < self._next_s:
+            return
+        self._next_s = now_s + PLAIN_EVERY_S
+        counted = "  ".join("%s %d" % (key, fields[key]) for key in ("points", "vectors") if fields[key] is not None)
+        line = "robot %7.1f s  path %6.1f m  %-13s %s" % (fields["robot_s"], fields["path_m"], states.NAMES[fields["state"]], counted)
+        if self._live:
+            self._stream.write("\r\x1b[K" + line)
+            self._stream.flush()
+            self._open = True
+        else:
+            self._say(line)
+
+    def _say(self, line):
+        if self._open:
+            self._stream.write("\r\x1b[K")
+            self._open = False
+        print(line, file=self._stream, flush=True)

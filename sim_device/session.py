@@ -1,0 +1,181 @@
+# One mission: the virtual robot and a core in lockstep over a pty, from HELLO to the map.
+
+import time
+import zlib
+from array import array
+
+from protocol import parameters, schema, states
+from protocol.messages import BY_NAME
+from sim_device.links.peer import DEAD_S, Interrupted, Peer, PeerError, Refused
+
+STEP_S = 0.02
+PROGRESS_S = 0.25
+ENDED = (states.DONE, states.FAILED)
+FIRST_STEP = 1
+
+_POSE, _MEMORY, _LINK = (BY_NAME[name] for name in ("POSE", "MEMORY", "LINK"))
+_PARAM_SET, _PARAM_VALUE = BY_NAME["PARAM_SET"], BY_NAME["PARAM_VALUE"]
+_STATUS, _STATUS_RSP = BY_NAME["STATUS"], BY_NAME["STATUS_RSP"]
+_MAP_INFO, _MAP_INFO_RSP, _MAP_READ, _MAP_DATA = (BY_NAME[name] for name in ("MAP_INFO", "MAP_INFO_RSP", "MAP_READ", "MAP_DATA"))
+_PLACES = {row[0]: i for i, row in enumerate(parameters.PARAMETERS)}
+_PARAM_STATUS = {
+    schema.PARAM_UNKNOWN: "it does not know it", schema.PARAM_OUT_OF_RANGE: "the value is out of range",
+    schema.PARAM_LOCKED: "its mission has begun already, start the core anew",
+}
+
+
+# Owns nothing that must be closed: pty, taps and files are the caller's. run()
+# returns the end event (a dict) of a mission that came to an end of its own, by
+# the time limit or by stop(); it raises PeerError where the core failed. What
+# was learnt until then is in summary(). `truth` gets the true pose of every step.
+class Session:
+    def __init__(self, pty, taps, robot, report, log=None, truth=None, settings=None, realtime=False, max_robot_s=3600.0, stop=lambda: False):
+        self.robot = robot
+        self.peer = Peer(pty, taps, log, self._stops)
+        self.step = 0
+        self.wall_s = 0.0
+        self.state = states.BOOT
+        self.status = None
+        self.map_bytes = None
+        self._taps = taps
+        self._report = report
+        self._truth = truth
+        self._settings = settings or {}
+        self._realtime = realtime
+        self._steps_max = int(max_robot_s / STEP_S)
+        self._stop = stop
+        self._heed = True
+
+    def run(self, wait_s):
+        try:
+            hello = self.peer.meet(wait_s)
+            self._set_parameters()
+            self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()))
+            why = self._mission()
+            dead_s = DEAD_S
+        except Interrupted:
+            why, dead_s = "interrupted", 1.0
+        self._heed = False  # what is asked from here on is short, and a second signal ends it
+        if self.peer.hello is not None:
+            self._collect(dead_s, must=why != "interrupted")
+        return self.summary(why)
+
+    def summary(self, reason):
+        """The end event's fields. `finished` is what the core says of itself."""
+        peer, robot, status = self.peer, self.robot, self.status
+        if not reason:
+            code = states.REASON_NONE if status is None else status.reason
+            reason = states.REASONS[code] if code < len(states.REASONS) else "reason %d" % code
+        robot_s = self.step * STEP_S
+        return {
+            "finished": bool(status is not None and status.finished), "reason": reason, "state": states.NAMES[self.state],
+            "steps": self.step, "robot_s": round(robot_s, 2), "wall_s": round(self.wall_s, 3),
+            "real_time_factor": round(robot_s / self.wall_s, 1) if self.wall_s else None,
+            "path_m": round(robot.path_m, 3), "contacts": robot.contacts,
+            "frames": peer.frames, "bytes": peer.bytes, "dropped": peer.dropped_by_cause, "resent": peer.resent,
+            "tap_dropped": self._taps.dropped,
+            "status": None if status is None else status._asdict(),
+            "stores": {name: store._asdict() for name, store in peer.stores.items()},
+            "map_bytes": None if self.map_bytes is None else len(self.map_bytes),
+        }
+
+    def _set_parameters(self):
+        told = {**self.robot.parameters(), **self._settings}
+        for name, values in sorted(told.items(), key=lambda item: _PLACES[item[0]]):
+            place = _PLACES[name]
+            for index, value in enumerate(values):
+                answer = self.peer.ask(
+                    _PARAM_SET(place, index, value), _PARAM_VALUE, lambda m, p=place, i=index: (m.parameter, m.index) == (p, i))
+                if answer.status != schema.PARAM_OK or answer.value != value:
+                    why = _PARAM_STATUS.get(answer.status, "it keeps %d" % answer.value)
+                    raise PeerError("the core refused parameter %s[%d] = %d: %s" % (name, index, value, why))
+
+    def _mission(self):
+        """Steps until the core says that it has ended: "" then, or why it was not waited for."""
+        robot, ask, truth, body = self.robot, self.peer.step, self._truth, self.robot
+        values = array("i", bytes(4 * schema.VALUES_MAX))
+        clock = time.monotonic
+        start_s = clock()
+        due_s = start_s if self._realtime else None
+        report_s = tap_s = start_s
+        step = FIRST_STEP - 1
+        last = step + self._steps_max
+        try:
+            while step < last:
+                step += 1
+                values[0] = step
+                robot.sense(values)
+                if truth is not None:
+                    truth.pose(step, body.x_m, body.y_m, body.theta_rad)
+                _, left_mm_s, right_mm_s, self.state, _, _ = ask(values)
+                self.step += 1
+                if self.state in ENDED:
+                    return ""
+                robot.drive(left_mm_s, right_mm_s)
+                now_s = clock()
+                if now_s > tap_s:
+                    tap_s = now_s + STEP_S
+                    self._look_up(now_s)
+                    if now_s > report_s:
+                        report_s = now_s + PROGRESS_S
+                        self._progress(now_s - start_s)
+                if due_s is not None:
+                    due_s = self._pace(due_s + STEP_S, now_s)
+            return "robot time limit"
+        finally:
+            self.wall_s = clock() - start_s
+
+    def _pace(self, due_s, now_s):
+        """Waits until a step is due. Where the machine was too slow, time lost is not caught up with."""
+        while now_s < due_s:
+            time.sleep(min(due_s - now_s, STEP_S / 2))
+            now_s = time.monotonic()
+            self._look_up(now_s)
+        return max(due_s, now_s - STEP_S)
+
+    def _look_up(self, now_s):
+        self._taps.service(now_s)
+        if self._stops():
+            raise Interrupted
+
+    def _stops(self):
+        return self._heed and self._stop() or self._stop() > 1
+
+    def _progress(self, wall_s):
+        peer, robot = self.peer, self.robot
+        pose, memory = peer.newest.get(_POSE), peer.newest.get(_MEMORY)
+        robot_s = self.step * STEP_S
+        heap = memory or peer.hello
+        self._report.event(
+            "progress", step=self.step, robot_s=round(robot_s, 2), wall_s=round(wall_s, 2),
+            path_m=round(robot.path_m, 2), state=self.state, contacts=robot.contacts,
+            x_m=round(robot.x_m, 3), y_m=round(robot.y_m, 3), theta_rad=round(robot.theta_rad, 4),
+            points=pose and pose.points, vectors=pose and pose.vectors, fixes=pose and pose.fixes, bumps=pose and pose.bumps,
+            estimate_x_m=pose and pose.x_um / 1e6, estimate_y_m=pose and pose.y_um / 1e6,
+            memory={"used": heap.heap_used_bytes, "total": heap.heap_bytes},
+            stores={name: [store.used, store.capacity, store.lost] for name, store in peer.stores.items()},
+            frames=peer.frames, bytes=peer.bytes, resent=peer.resent)
+
+    def _collect(self, dead_s, must):
+        """What the core says at the end, and its map, if it has one."""
+        try:
+            self.status = self.peer.ask(_STATUS(0), _STATUS_RSP, dead_s=dead_s)
+            self.map_bytes = self._pull_map(dead_s)
+        except Refused:
+            pass  # no map yet: the end event says so
+        except (PeerError, Interrupted):
+            if must:
+                raise
+
+    def _pull_map(self, dead_s):
+        info = self.peer.ask(_MAP_INFO(0), _MAP_INFO_RSP, dead_s=dead_s)
+        data = bytearray()
+        while len(data) < info.size:
+            part = self.peer.ask(
+                _MAP_READ(info.generation, len(data)), _MAP_DATA,
+                lambda m: (m.generation, m.offset) == (info.generation, len(data)) and len(m.data) > 0, dead_s)
+            data += part.data
+        crc = zlib.crc32(data)
+        if len(data) != info.size or (crc & 0xFFFF, crc >> 16) != (info.crc_lo, info.crc_hi):
+            raise PeerError("the core's map of %d bytes came with a wrong check sum: it was changed while it was read" % info.size)
+        return bytes(data)
