@@ -1,115 +1,265 @@
-# The whole SLAM: owns the storage, runs the layers once a step.
+# The whole SLAM: owns the storage, runs the layers once a step. The only file that joins them.
 
-from array import array
-from protocol.parameters import PARAMETERS
-from .collection.explorer import Explorer, BUILD, DONE, FAILED, FOLLOW, ALIGN
+from .building.closure import Closure
+from .building.walls import WallMapper
+from .collection.explorer import Explorer, CORNER_IN, CORNER_OUT, CLOSE_CHECK, FOLLOW, BUILD, FAILED, DONE
 from .collection.follower import Follower
 from .collection.infrared import Infrared
 from .collection.ir_state import IrState
 from .collection.localization import Localization
-from .collection.uwb import Uwb
 from .collection.odometry import Odometry
-from .building.walls import WallMapper
-from .storage.breadcrumbs import Breadcrumbs, OUTLINE_CLOSED, ISLAND_CLOSED
+from .collection.uwb import Uwb
+from .parameters import Parameters
+from .storage.breadcrumbs import Breadcrumbs, OPEN, OUTLINE_CLOSED
 from .storage.frame import Frame
 from .storage.hit_ring import HitRing
-from .storage.point_ring import PointRing
+from .storage.map_image import MapImage
+from .storage.point_ring import PointRing, CONVEX, CONCAVE, SHORT
 from .storage.tally import Tally
-from .storage.vector_store import VectorStore
+from .storage.vector_store import VectorStore, OUTLINE, BARRIER, SEARCHED
+
+# protocol/states.py
+_REASON_CLOSED = 1
+_REASON_STORE_FULL = 3
+_REASON_STUCK = 4
+_REASON_TOO_LONG = 5
+# STATUS_RSP.degraded: which store ran full
+DEGRADED_VECTORS = 1
+DEGRADED_CHAINS = 2
+
+_IR = 3               # where things stand in the values of a STEP
+_SONAR = 11
+_BUMP = 12
+_UWB = 13
+_SIDE = 5             # I6, the mapping beam
+_SIDE_MAX_MM = 250
+_FIX_MM = 100         # two fixes are at least that far apart
+_FIX_EVERY_MM = 1500
+_TOLERANCE_MM = 150
+_OVERLAP_MM = 1200    # walked twice to measure the closure error
+_PATH_MAX_MM = 1500000
+_IMAGE_BYTES = 64     # of the map's CRC a tick
+
+# bits of parameter `flags`, protocol/parameters.py
+_MIDPOINT = 1
+_WALL_OFFSET = 2
+_CORNERS = 4
+_SPREAD = 8
+_DISTANCE_FIXES = 16
+_EQ1_LITERAL = 32
 
 
 class Tvslam:
+    # Tvslam() allocates everything; set_parameter(...); begin(); then step(values) once a tick, values as
+    # STEP decodes (protocol/schema.py). Each step leaves left_mm_s, right_mm_s, state, ir_state, hash_lo,
+    # hash_hi. finished, reason, degraded tell how the mission ended. step() allocates nothing and never raises.
+
     def __init__(self):
+        self.vectors = VectorStore()
         self.hits = HitRing()
         self.points = PointRing()
-        self.vectors = VectorStore()
         self.crumbs = Breadcrumbs()
+        self.image = MapImage(self.vectors)
         self.frame = Frame()
         self.tally = Tally()
+        self.parameters = Parameters()
         self.odometry = Odometry()
         self.uwb = Uwb()
         self.localization = Localization(self.odometry, self.uwb, self.frame)
-        self.last_fix = 0; self.last_state = 0
         self.infrared = Infrared(self.hits)
-        self.ir_state_machine = IrState()
+        self.directions = IrState()
         self.follower = Follower(self.hits)
-        self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.ir_state_machine, self.follower)
+        self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower)
         self.walls = WallMapper(self.vectors, self.frame)
-        self.session = 0
-        self.session_chain = 0
-        n = 0
-        for p in PARAMETERS:
-            n += p[2]
-        self.params = array("i", bytes(4 * n))
-        self.first = array("H", bytes(2 * len(PARAMETERS)))
-        n = 0
-        for i in range(len(PARAMETERS)):
-            self.first[i] = n
-            for k in range(PARAMETERS[i][2]):
-                self.params[n] = PARAMETERS[i][5]
-                n += 1
+        self.closure = Closure(self.vectors)
+        self.left_mm_s = 0
+        self.right_mm_s = 0
+        self.state = 0
+        self.ir_state = 0
+        self.hash_lo = 0
+        self.hash_hi = 0
         self.tick = 0
-        self.left_mm_s = self.right_mm_s = self.state = 0
+        self.finished = False
+        self.reason = 0
+        self.degraded = 0
+        self._flags = 0
+        self._threshold_mm = 160
+        self._first_vector = 0    # of the barrier that is followed
+        self._first_chain = 0
+        self._last_fix_mm = 0
+        self._last_corners = 0
+        self._last_state = 0
+        self._last_generation = 0
+        self._closing_mm = 0      # path where the outline closed
+        self._sealing = False
 
-    def p(self, name, k=0):
-        for i in range(len(PARAMETERS)):
-            if PARAMETERS[i][0] == name:
-                return self.params[self.first[i] + k]
-
-    def set_parameter(self, i, k, v):
-        self.params[self.first[i] + k] = v
-        return 0
+    def set_parameter(self, number, index, value):
+        return self.parameters.set(number, index, value)
 
     def begin(self):
-        p = self.p
-        self.odometry.begin(p("dock_x"), p("dock_y"), p("dock_heading"), p("wheel_diameter"), p("track"), p("pulses_per_turn"))
-        for i in range(len(PARAMETERS)):
-            if PARAMETERS[i][0] == "ir_bearing":
-                self.infrared.begin(p("ir_radius"), self.params, self.first[i])
-        self.explorer.begin(p("body_radius"), p("wall_gap"), p("speed_max"), p("turn_max"), p("track"))
-        idx = {q[0]: self.first[i] for i, q in enumerate(PARAMETERS)}
-        self.uwb.begin(p("uwb_source"), p("anchor_count"), self.params, idx["anchor_x"], idx["anchor_y"], idx["anchor_height"], p("uwb_level_1m"), p("uwb_level_min"), p("uwb_gamma"), p("uwb_sigma"))
-        self.localization.begin(p("fix_distance"), p("fix_angle"))
-        self.threshold = p("ir_threshold")
+        # Parameters are taken over and locked: the mission starts.
+        p = self.parameters
+        p.locked = True
+        flags = p.of("flags")
+        if p.of("mode"):
+            flags &= _EQ1_LITERAL
+        self._flags = flags
+        track_um = p.of("track")
+        self.odometry.begin(p.of("dock_x"), p.of("dock_y"), p.of("dock_heading"), p.of("wheel_diameter"),
+                            track_um // 2 if flags & _EQ1_LITERAL else track_um, p.of("pulses_per_turn"),
+                            flags & _MIDPOINT)
+        self.infrared.begin(p.of("ir_radius"), p.values, p.first("ir_bearing"))
+        self.explorer.begin(p.of("body_radius"), p.of("wall_gap"), p.of("speed_max"), p.of("turn_max"), track_um)
+        self.uwb.begin(p)
+        self.localization.begin(p.of("fix_distance"), p.of("fix_angle"))
+        self.walls.begin(flags & _CORNERS)
+        self._threshold_mm = p.of("ir_threshold")
 
-    def step(self, v):
+    def step(self, values):
         o = self.odometry
-        self.tick += 1
-        o.update(v[1], v[2])
-        x = o.x_um // 1000
-        y = o.y_um // 1000
-        self.infrared.update(v, 3, x, y, o.heading_bam, self.tick)
-        self.ir_state_machine.update(self.infrared.ranges_mm, self.threshold)
         e = self.explorer
-        self.localization.update(v, 13)
-        if (e.state != self.last_state and e.state in (5, 6)) or o.path_mm - self.last_fix > 1500:
-            if o.path_mm - self.last_fix > 100:
-                self.localization.fix()
-                self.last_fix = o.path_mm
-        self.last_state = e.state
-        e.step(self.tick, v[11], v[12])
+        self.tick = self.tick + 1 & 0xFFFFFFF
+        o.update(values[1], values[2])
+        x_mm = o.x_um // 1000
+        y_mm = o.y_um // 1000
+        self.infrared.update(values, _IR, x_mm, y_mm, o.heading_bam, self.tick)
+        self.directions.update(self.infrared.ranges_mm, self._threshold_mm)
+        self.localization.update(values, _UWB)
+        e.step(self.tick, values[_SONAR], values[_BUMP])
         if e.started:
-            self.session = self.vectors.used
-            self.session_chain = self.vectors.chains
-            self.crumbs.clear(o.path_mm, o.turn_bam)
-            self.walls.kind = 0
-        if e.abandoned:
+            self._start_barrier()
+        elif e.abandoned:
             self.walls.finish()
-            self.vectors.drop(self.session, self.vectors.used)
+            self.vectors.drop(self._first_vector, self.vectors.used)
         if e.mapping:
-            if self.infrared.ranges_mm[5] < 250:
-                self.walls.add(self.infrared.hit_x[5], self.infrared.hit_y[5])
-            r = self.crumbs.visit(self.localization.x_mm, self.localization.y_mm, self.localization.heading_bam, o.turn_bam, o.path_mm, self.vectors.used, 150)
-            if r == ISLAND_CLOSED:
-                self.walls.finish()
-                for c in range(self.session_chain, self.vectors.chains):
-                    self.vectors.kinds[c] = 5
-                e.leave()
-            elif r == OUTLINE_CLOSED:
-                self.walls.finish()
-                self.vectors.drop(self.session, self.crumbs.vectors[self.crumbs.closed_at])
-                e.state = DONE
-                e.motion.stop()
+            self._map(x_mm, y_mm)
+        if e.state == BUILD:
+            self._build()
+        elif e.state == FAILED and not self.reason:
+            self._end(_REASON_STUCK, False)
+        elif o.path_mm > _PATH_MAX_MM and e.state < BUILD:
+            self._end(_REASON_TOO_LONG, False)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
+        self.ir_state = self.directions.state
+        self._mix()
+
+    def _start_barrier(self):
+        o = self.odometry
+        self._first_vector = self.vectors.used
+        self._first_chain = self.vectors.chains
+        self.crumbs.clear(o.path_mm, o.turn_bam)
+        self.walls.kind = OUTLINE
+
+    def _map(self, x_mm, y_mm):
+        e = self.explorer
+        o = self.odometry
+        here = self.localization
+        self._turning_point(e.state)
+        if self.infrared.ranges_mm[_SIDE] < _SIDE_MAX_MM:
+            if self._flags & _WALL_OFFSET:
+                x_mm = self.infrared.hit_x[_SIDE]
+                y_mm = self.infrared.hit_y[_SIDE]
+            if e.closing:
+                self.frame.put(x_mm, y_mm)
+                self.closure.add(self.frame.x, self.frame.y)
+            else:
+                self.walls.add(x_mm, y_mm)
+        if e.closing:
+            if o.path_mm - self._closing_mm > _OVERLAP_MM:
+                self._outline_done()
+            return
+        closed = self.crumbs.visit(here.x_mm, here.y_mm, here.heading_bam, o.turn_bam, o.path_mm,
+                                   self.vectors.used, _TOLERANCE_MM)
+        if closed != OPEN:
+            self._closed(closed)
+        elif self.vectors.lost or self.vectors.chains_lost:
+            self._end(_REASON_STORE_FULL, True)
+
+    def _turning_point(self, state):
+        # A point (Paper eq. 5) where the direction changes, and with it a fix; a fix each 1.5 m besides.
+        o = self.odometry
+        here = self.localization
+        far = o.path_mm - self._last_fix_mm
+        kind = -1
+        if state != self._last_state:
+            if state == CORNER_IN:
+                kind = CONVEX
+            elif state == CORNER_OUT:
+                kind = CONCAVE
+            self._last_state = state
+        if self.walls.corners != self._last_corners:
+            self._last_corners = self.walls.corners
+            if kind < 0 and state == FOLLOW:
+                kind = SHORT
+        if kind >= 0:
+            self.points.add(here.x_mm // 5, here.y_mm // 5, here.heading_bam, kind)
+        if (kind >= 0 and far > _FIX_MM) or (far > _FIX_EVERY_MM and self._flags & _DISTANCE_FIXES):
+            self._last_fix_mm = o.path_mm
+            here.fix()
+
+    def _closed(self, closed):
+        e = self.explorer
+        v = self.vectors
+        first = self._first_vector
+        if closed == OUTLINE_CLOSED:
+            stray = self.crumbs.vectors[self.crumbs.closed_at]
+            self.walls.finish()
+            if stray > first:
+                v.drop(first, stray)
+            self.closure.begin(first)
+            self._closing_mm = self.odometry.path_mm
+            e.closing = True
+            return
+        self.walls.finish()
+        v.seal(first, self._first_chain, BARRIER | SEARCHED)
+        e.leave()
+
+    def _outline_done(self):
+        self.closure.solve(self.vectors.used)
+        if not self._flags & _SPREAD:
+            self.closure.cancel()
+        self.vectors.seal(self._first_vector, self._first_chain, OUTLINE | SEARCHED)
+        self._end(_REASON_CLOSED, True)
+
+    def _end(self, reason, good):
+        # In good order: what is mapped is finished, built and sealed.
+        self.walls.finish()
+        self.reason = reason
+        self.finished = good
+        if self.vectors.lost:
+            self.degraded |= DEGRADED_VECTORS
+        if self.vectors.chains_lost:
+            self.degraded |= DEGRADED_CHAINS
+        self.explorer.end(BUILD if good else FAILED)
+
+    def _build(self):
+        # Long work in slices: spread the closure error, then the CRC of the map.
+        if not self._sealing:
+            if self.closure.step():
+                self.image.begin()
+                self._sealing = True
+        elif self.image.step(_IMAGE_BYTES):
+            self._sealing = False
+            self.explorer.end(DONE)
+
+    def _mix(self):
+        t = self.tally
+        o = self.odometry
+        here = self.localization
+        v = self.vectors
+        t.mix(o.x_um)
+        t.mix(o.y_um)
+        t.mix(here.x_mm)
+        t.mix(here.y_mm)
+        t.mix(here.heading_bam << 8 | self.state)
+        t.mix(self.hits.used << 16 | self.points.count)
+        if v.generation != self._last_generation:
+            self._last_generation = v.generation
+            t.mix(v.used << 8 | v.chains)
+            if v.used:
+                t.mix(v.xs[v.used - 1])
+                t.mix(v.ys[v.used - 1])
+        self.hash_lo = t.lo
+        self.hash_hi = t.hi

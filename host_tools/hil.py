@@ -13,7 +13,7 @@ from host_tools import evaluate, export, report
 from host_tools.hil_options import UsageError, add_arguments, check, check_places
 from host_tools.launch import core_command
 from host_tools.mission_log import LogError, read_mission
-from host_tools.mission_run import run_mission
+from host_tools.mission_run import Outcome, run_mission
 from host_tools.processes import signals_as_interrupt
 from host_tools.progress import Progress
 from host_tools.score import HomeTruth
@@ -26,7 +26,7 @@ def run(args):
     try:
         check(args)
         home = load_home(args.home)
-        check_places(args)
+        check_places(args, export.FILES)
         if not args.target.startswith("port:"):
             core_command(args.target, args.heap, "")  # is there an interpreter for it?
         with signals_as_interrupt(), tempfile.TemporaryDirectory(prefix="tvslam-") as folder:
@@ -45,14 +45,17 @@ def _mission(args, home, folder):
     if outcome.exit_code == 2:
         raise UsageError(outcome.sentence)
     result, mission, vector_map, notes = _evaluate(args, home, log, truth_path, outcome)
-    if args.out:
-        notes += export.write_all(args.out, home, mission, vector_map, result)
-    if args.json:
-        export.write_result(args.json, result)
+    try:
+        if args.out:
+            notes += export.write_all(args.out, home, mission, vector_map, result)
+        if args.json:
+            export.write_result(args.json, result)
+    except OSError as error:  # it could be written before the mission: the disk is full, or the folder has gone
+        outcome = Outcome(2, "the results could not be written: %s" % error)
     _say(args, home, result, vector_map, notes)
-    if outcome.exit_code == 3:
+    if outcome.exit_code in (2, 3):
         print("host_tools hil: %s" % outcome.sentence, file=sys.stderr)
-        return 3
+        return outcome.exit_code
     return 0 if result["finished"] else 1
 
 

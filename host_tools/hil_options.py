@@ -84,10 +84,13 @@ def _one_of(value, name, allowed):
         raise UsageError("%s %s is unknown; use %s." % (name, value, ", ".join(allowed)))
 
 
-def check_places(args):
+def check_places(args, out_files):
     """Folders are made, files are tried for writing, before the mission: nobody waits for a result that cannot be kept."""
     if args.out:
         _check_folder(args.out)
+        for name in out_files:
+            if os.path.isdir(os.path.join(args.out, name)):
+                raise UsageError("--out %s holds a folder %s where a file of that name goes; give another folder." % (args.out, name))
     for name, path in (("--json", args.json), ("--log", args.log)):
         if path:
             _check_file(name, path)

@@ -36,6 +36,7 @@ class Mission:
     pose: np.ndarray  # (n, len(POSE_FIELDS))
     truth: np.ndarray  # (n, 4): step, x_m, y_m, heading_rad
     turn_rows: np.ndarray
+    tick_us: np.ndarray  # from a STEP sent to its answer, as the robot's end saw it
     parameters: dict = field(default_factory=dict)
     stores: dict = field(default_factory=dict)
     status: dict | None = None
@@ -90,22 +91,26 @@ class Mission:
 class MissionBuilder:
     def __init__(self):
         self._steps, self._states, self._reports, self._poses = [], {}, [], []
+        self._sent, self._ticks_us = {}, []
         self._seen, self._turns, self._points = set(), set(), set()
         self._parameters, self._stores, self._chunks = {}, {}, {}
         self._status = self._hello = self._link = self._info = None
         self.damaged = ""
 
-    def step(self, step, left, right, records):
+    def step(self, t_us, step, left, right, records):
         """One STEP; a repeated one is the link's business, not the mission's."""
         if step in self._seen:
             return
         self._seen.add(step)
+        self._sent[step] = t_us
         self._steps.append((step, left, right))
         if records:
             self._reports.append((len(self._steps) - 1, records))
 
-    def answer(self, step, state):
+    def answer(self, t_us, step, state):
         before = self._states.get(step - 1)
+        if step in self._sent:
+            self._ticks_us.append(t_us - self._sent.pop(step))
         self._states[step] = state
         if state in TURNING_STATES and before not in (None, state):
             self._turns.add(step)
@@ -183,5 +188,5 @@ class MissionBuilder:
             np.array([self._states.get(int(step), -1) for step in steps[:, 0]], np.int64),
             np.array([at for at, _ in self._reports], np.int64), padded[0], padded[1], padded[2],
             poses, np.zeros((0, 4)) if truth is None else truth,
-            np.array(sorted(row[step] for step in self._turns if step in row), np.int64),
+            np.array(sorted(row[step] for step in self._turns if step in row), np.int64), np.array(self._ticks_us, float),
             self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged)

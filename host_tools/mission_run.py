@@ -107,6 +107,8 @@ class _Watch:
         sentence = self.error or (last_line(self.robot.text()) if code else "")
         if code == 3 and self.core is not None and self.core.popen.returncode not in (0, None) and self.core.text():
             sentence = core_sentence(self.core)  # the cause, where the robot only saw the silence
+        if code == 130:  # somebody else's signal ended it
+            return Outcome(1, "interrupted", self.end, interrupted=True)
         if code not in (0, 1, 2, 3):
             sentence = "the virtual robot ended with code %s: %s" % (code, sentence or "it said nothing")
             code = 3

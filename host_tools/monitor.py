@@ -56,7 +56,7 @@ def say(sentence):
 
 
 def watch_screen(session, args):
-    from host_tools.monitor_app import MonitorApp   # textual takes 0.3 s to import: pipes do without
+    from host_tools.monitor_app import MonitorApp  # textual takes 0.3 s to import: pipes do without
 
     app = MonitorApp(session, rate_hz=args.rate, seconds=args.seconds)
     app.run()

@@ -46,6 +46,7 @@ class MonitorApp(App):
         self.end = None
         self.paused = False
         self.zoom = 0
+        self._map, self._rows, self._status = Static(id="map"), Static(id="rows"), Static(id="status")
         self._rate_hz = rate_hz
         self._seconds = seconds
         self._clock = clock
@@ -54,10 +55,10 @@ class MonitorApp(App):
 
     def compose(self):
         with Horizontal():
-            yield Static(id="map")
+            yield self._map
             with VerticalScroll(id="side"):
-                yield Static(id="rows")
-        yield Static(id="status")
+                yield self._rows
+        yield self._status
         yield Footer()
 
     def on_mount(self):
@@ -92,16 +93,16 @@ class MonitorApp(App):
             self.exit()
 
     def draw(self, force=False):
-        if self.paused and not force:
-            return
+        if not self.is_running or not self._map.is_attached or (self.paused and not force):
+            return      # a last tick of the timer may come when the screen is already gone
         state = self.session.state
-        area = self.query_one("#map", Static)
+        area = self._map
         if area.size.width > 2 and area.size.height > 2:
             area.update(picture_text(rows.map_picture(state, area.size.width, area.size.height, ZOOMS[self.zoom])))
-        self.query_one("#rows", Static).update(side_text(state, self.session.link.counts()))
-        self.query_one("#status", Static).update(self._status())
+        self._rows.update(side_text(state, self.session.link.counts()))
+        self._status.update(self._status_text())
 
-    def _status(self):
+    def _status_text(self):
         state = self.session.state
         if state.ended:
             return Text("The mission ended: %s. Press q." % rows.summary(state), style="bold")

@@ -140,7 +140,7 @@ class Parameters:
                 return info
         near = difflib.get_close_matches(name, [info.name for info in self.infos], 1)
         raise ParamError("The core has no parameter '%s'%s; `host_tools param list` shows all %d." % (
-            name, ": did you mean %s" % near[0] if near else "", len(self.infos)))
+            name, ": did you mean %s?" % near[0] if near else "", len(self.infos)))
 
     def _index(self, info, index):
         if index >= info.count:

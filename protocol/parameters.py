@@ -33,5 +33,16 @@ PARAMETERS = (
     ("anchor_y", "mm", ANCHORS_MAX, -500000, 500000, 0),
     ("anchor_height", "mm", ANCHORS_MAX, 0, 10000, 2300),  # above the receiver
     ("mode", "", 1, 0, 1, 0),                      # 0 improved, 1 paper
-    ("flags", "bits", 1, 0, 65535, 65535),         # improvements switched on, firmware_py/flags.py
+    ("flags", "bits", 1, 0, 65535, 0x1F),          # improvements switched on: bit i is FLAGS[i]
+)
+
+# Improvements over the paper, each with a switch of its own: (name, on by default, what it does).
+# Mode `paper` switches all of them off. Bit i of parameter `flags`.
+FLAGS = (
+    ("midpoint_heading", 1, "integrate along the heading in the middle of a tick, not at its end (eq. 1)"),
+    ("wall_offset", 1, "map where the side beam hits, not where the robot's centre was (eq. 5)"),
+    ("corner_intersection", 1, "intersect neighbouring lines instead of joining their ends"),
+    ("closure_spread", 1, "spread the closure error along the outline"),
+    ("distance_fixes", 1, "also take a fix each 1.5 m between turning points"),
+    ("eq1_literal", 0, "heading rate as eq. 1 prints it, 2 (v_r - v_l) / W: it doubles the heading"),
 )

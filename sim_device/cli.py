@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import os
 import signal
 import sys
 from importlib import metadata
@@ -49,7 +50,7 @@ def version():
     try:
         return metadata.version("tvslam")
     except metadata.PackageNotFoundError:
-        return "(not installed)"
+        return "0+unknown (not installed)"
 
 
 def positive(text):
@@ -72,6 +73,17 @@ def settings(options, told):
         bit = 1 << FLAG_NAMES.index(name)
         flags = flags | bit if value == "on" else flags & ~bit
     return {"mode": [1 if options.mode == "paper" else 0], "flags": [flags]}
+
+
+def check_names(options):
+    """One name, one file: a tap would otherwise take the link's place, a log the truth's."""
+    one = [(what, getattr(options, what)) for what in ("link", "log", "truth", "map")]
+    taken = {}
+    for what, path in one + [("tap", path) for path in options.tap]:
+        if path and (other := taken.setdefault(os.path.realpath(os.path.dirname(path)) + "/" + os.path.basename(path), what)) is not what:
+            raise InputError("--%s %s: --%s has that name already, give another" % (what, path, other))
+    if len(set(options.tap)) < len(options.tap):
+        raise InputError("--tap: two taps have one name, give another")
 
 
 # Counts SIGINT, SIGTERM and SIGHUP instead of dying of them, while inside `with`.
@@ -115,12 +127,13 @@ def mission(options, report, signals):
     from sim_device.links.peer import PeerError
     from sim_device.links.pty import LinkError, Pty
     from sim_device.links.tap import Taps
-    from sim_device.links.trace import FrameLog, TraceError, TruthFile
+    from sim_device.links.trace import FrameLog, GrowingFile, TraceError, TruthFile
     from sim_device.session import Session
     from sim_device.virtual_robot import VirtualRobot
 
-    started = False
+    session = None
     try:
+        check_names(options)
         with contextlib.ExitStack() as stack:
             home = load_home(options.home)
             robot = VirtualRobot(home, load_robot(options.robot), options.seed, options.uwb, options.odometry)
@@ -128,24 +141,24 @@ def mission(options, report, signals):
             notes = {key: getattr(options, key) for key in ("seed", "uwb", "odometry", "mode")}
             log = options.log and stack.enter_context(contextlib.closing(FrameLog(options.log, home=home.name, **notes)))
             truth = options.truth and stack.enter_context(contextlib.closing(TruthFile(options.truth)))
-            keep = options.map and stack.enter_context(contextlib.closing(TruthFile(options.map)))
+            keep = options.map and stack.enter_context(contextlib.closing(GrowingFile(options.map)))
             link = stack.enter_context(contextlib.closing(Pty(options.link)))
             taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
             session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals)
             report.event("ready", home=home.name, link=options.link, pty=link.name, taps=options.tap, seed=options.seed)
-            started = True
             end = session.run(options.wait)
             if keep and session.map_bytes is not None:
                 keep.add(session.map_bytes)
     except (HomeError, RobotError, LinkError, InputError) as error:
         code, sentence = EXIT_BAD_INPUT, str(error)
     except TraceError as error:
-        code, sentence = EXIT_PEER if started else EXIT_BAD_INPUT, str(error)
+        code, sentence = EXIT_PEER if session else EXIT_BAD_INPUT, str(error)
     except PeerError as error:
         code, sentence = EXIT_PEER, str(error)
     else:
         code = EXIT_INTERRUPTED if end["reason"] == "interrupted" else EXIT_FINISHED if end["finished"] else EXIT_NOT_FINISHED
         report.event("end", exit=code, **end)
         return code
-    report.error(sentence, code)
+    # A mission that broke off still tells how far it came.
+    report.error(sentence, code, **(session.summary(sentence) if session else {}))
     return code

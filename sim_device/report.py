@@ -21,10 +21,10 @@ class JsonReport:
         except BrokenPipeError:
             raise ReaderGone from None
 
-    def error(self, sentence, code):
+    def error(self, sentence, code, **known):
         print("sim_device: " + sentence, file=sys.stderr)
         try:
-            self.event("error", sentence=sentence, exit=code)
+            self.event("error", sentence=sentence, exit=code, **known)
         except ReaderGone:
             pass
 
@@ -50,7 +50,7 @@ class PlainReport:
                 "finished" if fields["finished"] else "not finished", fields["reason"], fields["state"], fields["robot_s"], fields["path_m"],
                 fields["contacts"], fields["steps"], fields["wall_s"], fields["real_time_factor"], fields["frames"], fields["resent"]))
 
-    def error(self, sentence, code):
+    def error(self, sentence, code, **known):
         self._say("sim_device: " + sentence)
 
     def _progress(self, fields):

@@ -16,7 +16,7 @@ class WallMapper:
     # Samples are in mm of the odometry frame, where no correction jumps; vertices enter
     # the store through the frame that held when their line began.
     #   add(x, y): a hit of the mapping beam;  finish(): the chain ends here.
-    # `turned` is CONVEX-like +1 / CONCAVE-like -1 of the last corner, 0 = none since it was read.
+    # `corners` counts the corners and bends stored so far.
 
     def __init__(self, store, frame):
         self.line = LineFit()
@@ -26,6 +26,7 @@ class WallMapper:
         self._store = store
         self._frame = frame
         self._here = Frame()      # frame when the present line began
+        self._intersect = 1
         self._misfits = 0
         self._miss_x = 0
         self._miss_y = 0
@@ -37,6 +38,9 @@ class WallMapper:
         self._cos = 0
         self._sin = 0
         self._sigma = 0
+
+    def begin(self, intersect):
+        self._intersect = intersect
 
     def add(self, x, y):
         line = self.line
@@ -121,7 +125,8 @@ class WallMapper:
         flags = CONCAVE if cross < 0 else 0
         dx = start_x - self._end_x
         dy = start_y - self._end_y
-        if (cross > _PARALLEL_Q14 or cross < -_PARALLEL_Q14) and line.n > 2:
+        self.corners = self.corners + 1 & 0xFFFF
+        if (cross > _PARALLEL_Q14 or cross < -_PARALLEL_Q14) and line.n > 2 and self._intersect:
             t = (dx * line.sin_q14 - dy * line.cos_q14) // cross
             u = (dx * self._sin - dy * self._cos) // cross
             if -_CORNER_MM <= t <= _CORNER_MM and -_CORNER_MM <= u <= _CORNER_MM:

@@ -32,7 +32,6 @@ _STUCK_MAX = 6
 _CLEAR_MM = 190          # a hit nearer than that explains a bump
 _BACK_MM = 40
 _BUMP_TURN = 6736        # 37 degrees
-_PATH_MAX_MM = 2000000
 
 
 class Explorer:
@@ -44,6 +43,7 @@ class Explorer:
     def __init__(self, odometry, hits, infrared, ir_state, follower):
         self.state = INIT
         self.mapping = False
+        self.closing = False      # the outline is closed; the overlap is walked for the closure error
         self.started = False
         self.abandoned = False
         self.motion = Motion()
@@ -105,6 +105,12 @@ class Explorer:
         self._start_leg()
         self._course_turn = self._odometry.turn_bam + 14000 - (self.walls_tried * 5461 & 0x3FFF)
         self.state = FIND_WALL
+
+    def end(self, state):
+        self.state = state
+        self.mapping = False
+        self.closing = False
+        self.motion.stop()
 
     def _start_leg(self):
         self._leg_mm = self._odometry.path_mm
@@ -173,6 +179,9 @@ class Explorer:
             self.state = FOLLOW
 
     def _mode(self):
+        if self.closing:
+            self.state = CLOSE_CHECK
+            return
         action = self._ir_state.action
         if action == TURN_LEFT or action == ENCLOSED_TURN:
             self.state = CORNER_IN

@@ -11,7 +11,8 @@ class Odometry:
     #
     # No fraction is lost: heading is an exact multiple of the pulse difference, and the
     # remainders of distance and of both coordinates are carried from tick to tick.
-    # Departure from Paper eq. 1: heading rate (v_r - v_l)/track, and the midpoint heading.
+    # Departures from Paper eq. 1: heading rate (v_r - v_l) / track, and the heading in the middle of the
+    # tick (midpoint false: at its end). eq. 1 as printed, 2 (v_r - v_l) / W, is had by half the track.
 
     def __init__(self):
         self.x_um = 0
@@ -26,15 +27,17 @@ class Odometry:
         self._um_q12 = 0         # micrometres a pulse
         self._bam_q13 = 0        # BAM a pulse of difference
         self._heading_q13 = 0
+        self._midpoint = 1
         self._rest_um = 0
         self._rest_x = 0
         self._rest_y = 0
 
-    def begin(self, x_um, y_um, heading_bam, wheel_um, track_um, pulses):
+    def begin(self, x_um, y_um, heading_bam, wheel_um, track_um, pulses, midpoint):
         # Paper eq. 2: 2 pi R / N a pulse, with pi = 355/113.
         self._um_q12 = ratio(wheel_um * 355, 113, pulses, 12)
         # 65536 / (2 pi) * 2 pi R / (N W): pi cancels.
         self._bam_q13 = ratio(wheel_um, track_um, pulses, 28)
+        self._midpoint = midpoint
         self.x_um = x_um
         self.y_um = y_um
         self.heading_bam = heading_bam
@@ -49,7 +52,7 @@ class Odometry:
         self._heading_q13 = turn
         turn >>= 13
         turned = ((turn - self.heading_bam + 32768) & 0xFFFF) - 32768
-        middle = (self.heading_bam + (turned >> 1)) & 0xFFFF
+        middle = (self.heading_bam + (turned >> 1)) & 0xFFFF if self._midpoint else turn
         self.middle_bam = middle
         self.heading_bam = turn
         self.turn_bam += turned

@@ -31,7 +31,7 @@ class Uwb:
         self.outliers = 0
         self._source = 0
         self._anchors = 0
-        self._xs = None
+        self._table = None
         self._first_x = 0
         self._first_y = 0
         self._first_z = 0
@@ -42,15 +42,17 @@ class Uwb:
         self._alpha_q12 = 4096
         self._sums = array("i", bytes(20))  # a11, a12, a22, b1, b2
 
-    def begin(self, source, anchors, table, first_x, first_y, first_z, level_1m, level_min, gamma, sigma):
-        self._source = source
-        self._anchors = anchors
-        self._xs = table
-        self._first_x = first_x
-        self._first_y = first_y
-        self._first_z = first_z
-        self._level_1m = level_1m
-        self._level_min = level_min
+    def begin(self, parameters):
+        self._source = parameters.of("uwb_source")
+        self._anchors = parameters.of("anchor_count")
+        self._table = parameters.values
+        self._first_x = parameters.first("anchor_x")
+        self._first_y = parameters.first("anchor_y")
+        self._first_z = parameters.first("anchor_height")
+        self._level_1m = parameters.of("uwb_level_1m")
+        self._level_min = parameters.of("uwb_level_min")
+        gamma = parameters.of("uwb_gamma")
+        sigma = parameters.of("uwb_sigma")
         self._gamma = gamma
         # s = ln 10 sigma / (10 gamma); alpha = exp(-s^2 / 2), to the second order
         s = sigma * 9431 // gamma           # Q12: ln(10) / 10 * 4096 * 10
@@ -89,9 +91,9 @@ class Uwb:
         anchor = values[first]
         if anchor < 0 or anchor >= self._anchors or values[first + 1] < self._level_min:
             return False
-        dx = self._xs[self._first_x + anchor] - x_mm
-        dy = self._xs[self._first_y + anchor] - y_mm
-        dz = self._xs[self._first_z + anchor]
+        dx = self._table[self._first_x + anchor] - x_mm
+        dy = self._table[self._first_y + anchor] - y_mm
+        dz = self._table[self._first_z + anchor]
         if not (-_AXIS_MAX_MM < dx < _AXIS_MAX_MM and -_AXIS_MAX_MM < dy < _AXIS_MAX_MM):
             return False
         expected = isqrt(dx * dx + dy * dy + dz * dz)

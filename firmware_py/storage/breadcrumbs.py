@@ -23,6 +23,7 @@ class Breadcrumbs:
     # Cleared at the start of each barrier. Allocates in __init__ only. Written by Explorer.
 
     RECORD_BYTES = 11
+    CAPACITY = CRUMBS_MAX
 
     def __init__(self):
         self._xs = array("h", bytes(2 * CRUMBS_MAX))

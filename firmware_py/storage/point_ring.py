@@ -14,6 +14,7 @@ class PointRing:
     # (its vectors stand in the map by then). Allocates in __init__ only.
 
     RECORD_BYTES = 9
+    CAPACITY = POINTS_MAX
 
     def __init__(self):
         self.xs = array("h", bytes(2 * POINTS_MAX))

@@ -10,6 +10,8 @@ SNAPPED = 4        # direction snapped to a dominant axis
 CHAIN_END = 8      # last vertex of an open chain: no vector begins here
 VISIT = 16         # bits 4-7 count the passes
 
+_MEET = 40         # 20 cm
+
 # kind of a chain
 OUTLINE = 0
 BARRIER = 1
@@ -26,6 +28,7 @@ class VectorStore:
     # Allocates in __init__ only. Written by WallMapper; `generation` changes with every write.
 
     RECORD_BYTES = 6
+    CAPACITY = VECTORS_MAX
 
     def __init__(self):
         self.xs = array("h", bytes(2 * VECTORS_MAX))
@@ -73,6 +76,19 @@ class VectorStore:
         self.used = i + 1
         self.generation = (self.generation + 1) & 0xFFFF
         return True
+
+    def seal(self, first, chain, kind):
+        # The records from `first` on are a whole barrier of this kind. If they are one chain whose ends
+        # meet, it closes: its last vertex leads back to the first.
+        for c in range(chain, self.chains):
+            self.kinds[c] = kind
+        last = self.used - 1
+        if chain + 1 == self.chains and last > first + 1:
+            dx = self.xs[last] - self.xs[first]
+            dy = self.ys[last] - self.ys[first]
+            if -_MEET < dx < _MEET and -_MEET < dy < _MEET:
+                self.flags[last] &= ~CHAIN_END & 255
+        self.generation = (self.generation + 1) & 0xFFFF
 
     def drop(self, begin, end):
         # Forget the records begin..end-1; those behind move down, empty chains go.

@@ -183,10 +183,10 @@ class Peer:
         return since_s > GARBAGE_S and counters[BYTES_IN] > GARBAGE_BYTES and counters[FRAMES_IN] == 0
 
     def _nobody(self, waited_s):
-        counters, path = self.link.counters, self._pty.path
+        counters, path, waited_s = self.link.counters, self._pty.path, round(waited_s, 1)
         if counters[FRAMES_IN]:
-            return "frames arrive on %s, but no HELLO within %.3g s: is another program than the core at its far end?" % (path, waited_s)
+            return "frames arrive on %s, but no HELLO within %g s: is another program than the core at its far end?" % (path, waited_s)
         if counters[BYTES_IN]:
-            return "bytes arrive on %s (%d of them), but no frame of this protocol within %.3g s: something else than the core talks there" % (
+            return "bytes arrive on %s (%d of them), but no frame of this protocol within %g s: something else than the core talks there" % (
                 path, counters[BYTES_IN], waited_s)
-        return "nobody answered on %s within %.3g s: start the core on it, or wait longer with --wait" % (path, waited_s)
+        return "nobody answered on %s within %g s: start the core on it, or wait longer with --wait" % (path, waited_s)

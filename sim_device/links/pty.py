@@ -1,9 +1,14 @@
 # A pseudo-terminal of our own with a name that others can wait for.
 
+import contextlib
 import errno
+import fcntl
 import os
 import select
+import struct
 import tempfile
+import termios
+import time
 import tty
 
 BACKLOG_BYTES = 4096
@@ -84,6 +89,19 @@ class Pty:
         """Drops what waits to be sent: whoever it was meant for has gone."""
         self._backlog.clear()
 
+    def drain(self, patience_s):
+        """Waits until the far end, if anybody has it open, has read everything: what is unread when we close is lost."""
+        if not self.present:
+            return
+        end_s = time.monotonic() + patience_s
+        with contextlib.suppress(OSError):
+            slave = os.open(self.name, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            try:
+                while time.monotonic() < end_s and (not self.flush() or _unread(slave)):
+                    time.sleep(0.005)
+            finally:
+                os.close(slave)
+
     def _send(self, data):
         try:
             return os.write(self._master, data)
@@ -105,6 +123,10 @@ class Pty:
             pass
         os.close(self._master)
         self._master = -1
+
+
+def _unread(fd):
+    return struct.unpack("i", fcntl.ioctl(fd, termios.FIONREAD, b"\0\0\0\0"))[0]
 
 
 def _point(path, target):

@@ -16,7 +16,7 @@ class TraceError(Exception):
 # A file that is written in large pieces. Bytes given to add() are on the disk
 # after the next 64 KB, flush() or close(). When the disk refuses, TraceError
 # names the file; what was written before stays and is whole.
-class _Growing:
+class GrowingFile:
     def __init__(self, path):
         self.path = path
         self.bytes = 0
@@ -53,18 +53,19 @@ class _Growing:
 
 
 # The log of a link (protocol/log.py), time-stamped by this machine's clock.
-class FrameLog(_Growing):
+class FrameLog(GrowingFile):
     def __init__(self, path, **notes):
         super().__init__(path)
         self._writer = LogWriter()
         self._start_ns = time.monotonic_ns()
-        self._held += self._writer.head(**notes)
+        self.add(self._writer.head(**notes))
+        self.flush()  # a disk that takes nothing is found before the mission
 
     def frame(self, direction, raw):
         self.add(self._writer.record((time.monotonic_ns() - self._start_ns) // 1000, direction, raw))
 
 
 # The truth beside the log: u32 step, then x_m, y_m, theta_rad as float64, little-endian, after every sense.
-class TruthFile(_Growing):
+class TruthFile(GrowingFile):
     def pose(self, step, x_m, y_m, theta_rad):
         self.add(_TRUTH.pack(step, x_m, y_m, theta_rad))

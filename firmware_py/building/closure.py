@@ -1,0 +1,143 @@
+# The closure error of a lap: measured on the wall walked twice, spread along the outline.
+
+from array import array
+from ..fixed import polar, isqrt, sine, cosine
+from ..storage.vector_store import CHAIN_END
+
+_FIRST = 16           # vectors at the outline's start that the overlap is compared with
+_NEAR_MM = 300
+_PRIOR = 3            # weight of "no error" in directions that no wall was seen across
+_SLICE = 24           # vertices a tick, so that a tick stays short
+_SMALL_MM = 8         # not worth moving a map for
+
+
+class Closure:
+    # After the lap the robot goes on along the wall that the outline began with:
+    #   begin(first); add(x, y) each sample of the second pass, mm in the map frame
+    #   solve(last): before_mm, after_mm; then step() until True spreads the error over the vertices
+    #   first..last-1 of the store, in proportion to the length walked (by axis, both the same share).
+    # before_mm: length of the error; after_mm: what is left of it, root mean square over the samples.
+    # Sums: A and b of the normal equations, unit normals in Q5. Allocates in __init__ only.
+
+    def __init__(self, store):
+        self.before_mm = 0
+        self.after_mm = 0
+        self.samples = 0
+        self._store = store
+        self._sums = array("i", bytes(24))  # a11, a12, a22, b1, b2, sum r^2
+        self._first = 0
+        self._last = 0
+        self._ex = 0
+        self._ey = 0
+        self._at = 0
+        self._length = 0
+        self._total = 0
+
+    def begin(self, first):
+        for i in range(6):
+            self._sums[i] = 0
+        self.samples = 0
+        self._first = first
+
+    def add(self, x, y):
+        # The nearest of the outline's first vectors that has (x, y) beside it.
+        s = self._store
+        best = _NEAR_MM
+        nx = ny = 0
+        i = self._first
+        n = _FIRST
+        while n and i + 1 < s.used:
+            n -= 1
+            if not s.flags[i] & CHAIN_END:
+                ax = s.xs[i] * 5
+                ay = s.ys[i] * 5
+                p = polar(_near(s.xs[i + 1] * 5 - ax), _near(s.ys[i + 1] * 5 - ay))
+                length = p >> 16
+                if length > 50:
+                    c = cosine(p & 0xFFFF) >> 3
+                    d = sine(p & 0xFFFF) >> 3
+                    dx = x - ax
+                    dy = y - ay
+                    if -9000 < dx < 9000 and -9000 < dy < 9000:
+                        along = (dx * c + dy * d) >> 12
+                        across = (dy * c - dx * d) >> 12
+                        size = across if across >= 0 else -across
+                        if 0 <= along <= length and size < (best if best >= 0 else -best):
+                            best = across
+                            nx = -d >> 7
+                            ny = c >> 7
+            i += 1
+        if best == _NEAR_MM or self.samples >= 200:
+            return
+        # The first pass lies -best from here along the normal: error = b of n . e = -r
+        sums = self._sums
+        sums[0] += nx * nx
+        sums[1] += nx * ny
+        sums[2] += ny * ny
+        sums[3] -= nx * best * 32
+        sums[4] -= ny * best * 32
+        sums[5] += best * best
+        self.samples += 1
+
+    def solve(self, last):
+        self._last = last
+        self._at = self._first
+        self._length = 0
+        self._total = 0
+        self._ex = self._ey = 0
+        if self.samples < 5:
+            return
+        sums = self._sums
+        a = sums[0] + _PRIOR * 1024
+        b = sums[1]
+        c = sums[2] + _PRIOR * 1024
+        p = sums[3]
+        q = sums[4]
+        while a > 8191 or c > 8191 or p > 30000 or p < -30000 or q > 30000 or q < -30000:
+            a >>= 1
+            b >>= 1
+            c >>= 1
+            p >>= 1
+            q >>= 1
+        det = a * c - b * b
+        if det < 16:
+            return
+        self._ex = (c * p - b * q) // det
+        self._ey = (a * q - b * p) // det
+        self.before_mm = isqrt(self._ex * self._ex + self._ey * self._ey)
+        rest = sums[5] // self.samples - ((self._ex * (sums[3] // self.samples) + self._ey * (sums[4] // self.samples)) >> 10)
+        self.after_mm = isqrt(rest) if rest > 0 else 0
+        if self.before_mm < _SMALL_MM:
+            self._ex = self._ey = 0
+
+    def cancel(self):
+        self._ex = self._ey = 0
+
+    def step(self):
+        # -> True when the work is done
+        if self._ex == 0 and self._ey == 0:
+            return True
+        s = self._store
+        n = _SLICE
+        while n:
+            n -= 1
+            if self._at + 1 >= self._last:
+                if self._total:
+                    return True
+                self._total = self._length if self._length > 0 else 1
+                self._length = 0
+                self._at = self._first
+                return False
+            i = self._at
+            self._length += polar(_near(s.xs[i + 1] - s.xs[i]), _near(s.ys[i + 1] - s.ys[i])) >> 16
+            self._at = i + 1
+            if self._total:
+                share = (self._length << 10) // self._total
+                s.xs[i + 1] += (self._ex * share // 5 + 512) >> 10
+                s.ys[i + 1] += (self._ey * share // 5 + 512) >> 10
+        return False
+
+
+def _near(v):
+    # polar() takes distances below 16384.
+    return 11000 if v > 11000 else -11000 if v < -11000 else v

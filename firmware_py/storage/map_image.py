@@ -1,0 +1,95 @@
+# The map as the bytes that the device stores and sends (map.bin), made on the fly.
+
+from array import array
+
+_HEADER = 12
+_VECTOR = 6
+_CHAIN = 4
+
+
+class MapImage:
+    # "TVM1", vectors u16, chains u8, regions u8, nodes u8, edges u8, reserved u16; the vectors, the chains;
+    # CRC-32 of all before. byte(i) makes any one of them; no copy of the map is kept.
+    # begin() takes stock; step(n) adds n bytes to the CRC -> True when it is whole; size, generation and
+    # crc (low, high half) then belong to what stood in the store at begin(). Nothing is allocated.
+
+    def __init__(self, store):
+        self.size = 0
+        self.generation = -1
+        self.crc = array("H", bytes(4))
+        self._store = store
+        self._vectors = 0
+        self._chains = 0
+        self._at = 0
+        self._low = array("H", bytes(32))   # CRC-32 by half bytes
+        self._high = array("H", bytes(32))
+        for i in range(16):
+            low = i
+            high = 0
+            for _ in range(4):
+                odd = low & 1
+                low = low >> 1 | (high & 1) << 15
+                high >>= 1
+                if odd:
+                    low ^= 0x8320
+                    high ^= 0xEDB8
+            self._low[i] = low
+            self._high[i] = high
+
+    def begin(self):
+        s = self._store
+        self._vectors = s.used
+        self._chains = s.chains
+        self.generation = s.generation
+        self.size = _HEADER + self._vectors * _VECTOR + self._chains * _CHAIN + 4
+        self._at = 0
+        self.crc[0] = self.crc[1] = 65535
+
+    def step(self, count):
+        low = self.crc[0]
+        high = self.crc[1]
+        while count and self._at < self.size - 4:
+            count -= 1
+            low ^= self.byte(self._at)
+            self._at += 1
+            for _ in range(2):
+                i = low & 15
+                low = (low >> 4 | (high & 15) << 12) ^ self._low[i]
+                high = high >> 4 ^ self._high[i]
+        done = self._at == self.size - 4
+        if done:
+            low ^= 65535
+            high ^= 65535
+            self._at = self.size
+        self.crc[0] = low
+        self.crc[1] = high
+        return done
+
+    def byte(self, i):
+        s = self._store
+        if i < _HEADER:
+            if i < 4:
+                return b"TVM1"[i]
+            if i == 4:
+                return self._vectors & 255
+            if i == 5:
+                return self._vectors >> 8
+            return self._chains if i == 6 else 0
+        i -= _HEADER
+        n = i // _VECTOR
+        if n < self._vectors:
+            i -= n * _VECTOR
+            if i < 2:
+                return s.xs[n] >> 8 * i & 255
+            if i < 4:
+                return s.ys[n] >> 8 * (i - 2) & 255
+            return s.sigmas[n] if i == 4 else s.flags[n]
+        i -= self._vectors * _VECTOR
+        n = i // _CHAIN
+        if n < self._chains:
+            i -= n * _CHAIN
+            if i < 2:
+                return s.firsts[n] >> 8 * i & 255
+            return s.counts[n] if i == 2 else s.kinds[n]
+        i -= self._chains * _CHAIN
+        return self.crc[i >> 1] >> 8 * (i & 1) & 255

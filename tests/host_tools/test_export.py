@@ -1,0 +1,130 @@
+"""The files of --out, and map.bin read back."""
+
+import json
+import math
+import struct
+import sys
+import zlib
+
+import numpy as np
+import pytest
+
+from host_tools.evaluate import empty_result, evaluate, mission_map
+from host_tools.export import FILES, geojson, tum, write_all
+from host_tools.map_file import KIND_BARRIER, KIND_OUTLINE, MapError, decode_map, encode_map
+from host_tools.mission_log import read_mission
+from host_tools.score import HomeTruth
+from tests.host_tools.score_cases import chain, home, rectangle, vector_map
+from tests.host_tools.synthetic_mission import DOCK, SyntheticMission
+
+OPTIONS = {"target": "cpython", "link": "pty", "mode": "improved", "uwb": "tof", "odometry": "calibrated", "seed": 1}
+HOME = home(rectangle(0.5, 0.5, 3.5, 3.5), [rectangle(2, 2, 2.4, 2.4)], start=DOCK[:2])
+
+
+@pytest.fixture
+def mission(tmp_path):
+    data = encode_map([chain(rectangle(0.5, 0.5, 3.5, 3.5)), chain([(2, 2), (2.4, 2)], KIND_BARRIER, closed=False)])
+    mission = read_mission(*SyntheticMission().finish(data).save(tmp_path))
+    the_map, _ = mission_map(mission)
+    result = evaluate(empty_result("by hand", OPTIONS), mission, HomeTruth(HOME), the_map, {}, 1)
+    return mission, the_map, result
+
+
+def test_every_file_is_written_and_others_stay(mission, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "notes.txt").write_text("mine")
+    (out / "map.bin").write_bytes(b"of an earlier mission")
+    assert write_all(out, HOME, *mission) == []
+    assert {path.name for path in out.iterdir()} == {*FILES, "notes.txt"}
+    assert (out / "notes.txt").read_text() == "mine"
+    assert (out / "map.bin").read_bytes() == mission[0].map_bytes
+    assert json.loads((out / "result.json").read_text()) == mission[2]
+    assert (out / "map.png").read_bytes().startswith(b"\x89PNG") and (out / "map.png").stat().st_size > 10_000
+    assert len((out / "estimate.tum").read_text().splitlines()) == len((out / "truth.tum").read_text().splitlines()) == len(mission[0].pose)
+
+
+def test_no_map_of_an_earlier_mission_is_left_to_pass_for_this_one(tmp_path):
+    for name in FILES:
+        (tmp_path / name).write_bytes(b"old")
+    write_all(tmp_path, HOME, None, None, empty_result("by hand", OPTIONS))
+    assert [path.name for path in tmp_path.iterdir()] == ["result.json"]
+
+
+def test_without_matplotlib_all_but_the_picture_is_written(mission, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    out = tmp_path / "out"
+    out.mkdir()
+    notes = write_all(out, HOME, *mission)
+    assert len(notes) == 1 and "pip install" in notes[0] and "\n" not in notes[0]
+    assert {path.name for path in out.iterdir()} == set(FILES) - {"map.png"}
+
+
+def test_geojson_has_a_line_a_vector_with_its_properties():
+    the_map = vector_map(chain(rectangle(0, 0, 2, 1), sigma_mm=7), chain([(1, 0.5), (1.5, 0.5), (1.5, 0.75)], KIND_BARRIER, False, region=3))
+    collection = geojson(the_map, "by hand")
+    assert collection["type"] == "FeatureCollection" and "local metres" in collection["coordinate_system"]
+    lines = [(f["geometry"]["coordinates"], f["properties"]) for f in collection["features"]]
+    assert len(lines) == 4 + 2
+    assert lines[3] == ([[0.0, 1.0], [0.0, 0.0]], {"kind": "outline", "chain": 0, "order": 3, "sigma_mm": 7, "region": 0})
+    assert lines[5] == ([[1.5, 0.5], [1.5, 0.75]], {"kind": "barrier", "chain": 1, "order": 1, "sigma_mm": 3, "region": 3})
+    assert json.loads(json.dumps(collection)) == collection
+
+
+def test_tum_lines_hold_time_place_and_a_unit_quaternion():
+    fields = [float(word) for word in tum([(0.1, 1.5, -2.25, math.pi / 2)]).split()]
+    assert fields == pytest.approx([0.1, 1.5, -2.25, 0, 0, 0, math.sqrt(0.5), math.sqrt(0.5)])
+
+
+def test_a_map_by_hand_is_read_as_the_device_writes_it():
+    # Byte by byte, without the encoder: a closed triangle and an open chain of two vectors.
+    records = [(0, 0, 2, 0), (200, 0, 3, 1), (0, 200, 4, 0), (-20, 40, 5, 0), (-20, 60, 6, 0x30), (0, 60, 0, 8)]
+    data = b"TVM1" + struct.pack("<H4BH", len(records), 2, 1, 2, 3, 0)
+    data += b"".join(struct.pack("<hhBB", *record) for record in records)
+    data += struct.pack("<HBB", 0, 3, 0) + struct.pack("<HBB", 3, 3, 1 | 4 | 5 << 3)
+    data += struct.pack("<I", zlib.crc32(data))
+    the_map = decode_map(data)
+    assert (the_map.regions, the_map.nodes, the_map.edges) == (1, 2, 3)
+    triangle, open_chain = the_map.chains
+    assert triangle.closed and triangle.kind == KIND_OUTLINE and not triangle.searched
+    assert triangle.vectors() == pytest.approx(np.array([(0, 0, 1, 0), (1, 0, 0, 1), (0, 1, 0, 0)]))
+    assert not open_chain.closed and open_chain.kind == KIND_BARRIER and open_chain.searched and open_chain.region == 5
+    assert open_chain.vectors() == pytest.approx(np.array([(-0.1, 0.2, -0.1, 0.3), (-0.1, 0.3, 0, 0.3)]))
+    assert len(the_map.vectors()) == 5 and len(the_map.vectors(KIND_BARRIER)) == 2
+
+
+@pytest.mark.parametrize("count", [3, 255, 256, 510, 511, 600])
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_chain_of_any_length_survives_the_way_through_the_file(count, closed):
+    t = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ring = np.column_stack([np.cos(t), np.sin(t)]) * 100
+    the_map = decode_map(encode_map([chain(ring, closed=closed), chain(rectangle(0, 0, 1, 1), KIND_BARRIER)]))
+    assert [c.closed for c in the_map.chains] == [closed, True]
+    assert len(the_map.vectors(KIND_OUTLINE)) == (count if closed else count - 1)
+    assert the_map.chains[0].xy == pytest.approx(ring, abs=0.0026)
+
+
+def test_two_chains_of_255_vectors_stay_two_if_the_first_is_open():
+    t = np.linspace(0, 2, 255)
+    line = np.column_stack([t, t])
+    the_map = decode_map(encode_map([chain(line, closed=False), chain(line + 1, closed=False)]))
+    assert len(the_map.chains) == 2 and len(the_map.vectors()) == 2 * 254
+
+
+def test_a_damaged_map_is_refused_whatever_byte_is_hit():
+    data = encode_map([chain(rectangle(0, 0, 1, 1))])
+    for at in range(len(data)):
+        broken = bytearray(data)
+        broken[at] ^= 0x10
+        with pytest.raises(MapError):
+            decode_map(bytes(broken))
+    for size in range(len(data)):
+        with pytest.raises(MapError):
+            decode_map(data[:size])
+
+
+def test_a_chain_beyond_the_records_is_refused():
+    data = bytearray(encode_map([chain(rectangle(0, 0, 1, 1))])[:-4])
+    data[-2] = 5  # five records of four
+    with pytest.raises(MapError):
+        decode_map(bytes(data) + struct.pack("<I", zlib.crc32(data)))

@@ -1,0 +1,200 @@
+# Stories of a mission: the virtual robot as people run it, a core at the far end.
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from protocol import schema
+from tests.sim_device.fake_core import MAP
+from tests.sim_device.lockstep import PROJECT, Lockstep, messages, read_log
+
+TRUTH_BYTES = 28
+
+
+@pytest.fixture
+def story(tmp_path):
+    with Lockstep(tmp_path) as story:
+        yield story
+
+
+def test_a_mission_ends_with_a_map_a_log_and_the_truth(story, tmp_path):
+    files = [tmp_path / name for name in ("log", "truth", "map")]
+    core = story.core("--steps", 300)
+    code, events, err = story.finish(story.sim("--log", str(files[0]), "--truth", str(files[1]), "--map", str(files[2])))
+    assert (code, err) == (0, "")
+    names = [event["event"] for event in events]
+    assert names[:2] == ["ready", "start"] and names[-1] == "end" and set(names[2:-1]) == {"progress"}
+    end = events[-1]
+    assert end["finished"] and end["steps"] == 300 and end["reason"] == "outline closed" and end["resent"] == 0
+    assert not any(end["dropped"].values())
+    assert files[2].read_bytes() == MAP and end["map_bytes"] == len(MAP)
+    assert files[1].stat().st_size == 300 * TRUTH_BYTES
+    reader, records = read_log(files[0])
+    assert reader.damaged == 0 and reader.left_over == 0 and len(records) == end["frames"]
+    assert reader.told["home"] == "studio" and reader.told["messages"][0][1] == schema.MESSAGES[0][1]
+    told = messages(records)
+    assert [m.step for m in told if m.NAME == "STEP"] == list(range(1, 301))
+    assert [m.step for m in told if m.NAME == "STEP_RSP"] == list(range(1, 301))
+    assert core.poll() is None, "the core outlives the mission"
+    assert story.names_left() == []
+
+
+def test_any_start_order(story):
+    sim = story.sim()
+    story.events_until(sim, "ready")
+    time.sleep(0.3)
+    story.core("--steps", 20)
+    code, events, _ = story.finish(sim)
+    assert code == 0 and events[-1]["steps"] == 20
+
+
+def test_what_is_lost_is_asked_for_again_and_changes_nothing(story, tmp_path):
+    truths = []
+    for name, core in (("calm", ("--steps", 120)), ("lossy", ("--steps", 120, "--fault", "loses", "--at", 60))):
+        code, events, _ = story.run("--truth", str(tmp_path / name), core=core)
+        assert code == 0
+        assert events[-1]["status"]["steps_lo"] == 120, "a repeated step is executed once"
+        assert events[-1]["resent"] == (0 if name == "calm" else 3)
+        truths.append((tmp_path / name).read_bytes())
+        story.processes[-2].kill()
+        story.processes[-2].wait()
+    assert truths[0] == truths[1]
+
+
+@pytest.mark.parametrize("fault, sentence", [
+    ("closes", "the core has closed {link} while it was in use"),
+    ("deaf", "the core on {link} has not answered STEP 100 for 3 s"),
+    ("restarts", "has started anew in the middle"),
+    ("refuses", "refused parameter track[0] ="),
+    ("old_schema", "message schema is"),
+    ("garbage", "but no frame of this protocol"),
+    ("silence", "nobody answered on {link} within 2"),
+    ("bad_map", "wrong check sum"),
+])
+def test_a_core_that_fails_is_named_in_one_sentence(story, fault, sentence):
+    code, events, err = story.run("--wait", "2" if fault == "silence" else "20", core=("--fault", fault))
+    assert code == 3
+    assert events[-1]["event"] == "error" and events[-1]["exit"] == 3
+    assert sentence.format(link=story.link) in events[-1]["sentence"]
+    assert err == "sim_device: %s\n" % events[-1]["sentence"]
+    assert story.names_left() == []
+    if fault == "deaf":
+        assert events[-1]["steps"] == 99 and events[-1]["resent"] >= 10
+
+
+def test_a_core_that_gives_up_is_no_failure_of_ours(story):
+    code, events, err = story.run(core=("--fault", "fails", "--steps", 50))
+    assert (code, err) == (1, "")
+    assert not events[-1]["finished"] and events[-1]["state"] == "FAILED" and events[-1]["reason"].startswith("stuck")
+
+
+def test_a_core_without_a_map_is_said_to_have_none(story, tmp_path):
+    code, events, _ = story.run("--map", str(tmp_path / "map"), core=("--fault", "no_map", "--steps", 50))
+    assert code == 0 and events[-1]["map_bytes"] is None
+
+
+def test_robot_time_is_limited(story):
+    code, events, _ = story.run("--max-robot-s", "2", core=("--steps", 10**6))
+    assert code == 1
+    assert events[-1]["reason"] == "robot time limit" and events[-1]["steps"] == 100 and events[-1]["map_bytes"] == len(MAP)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_cleanly(story, tmp_path, number):
+    story.core("--steps", 10**6)
+    sim = story.sim("--log", str(tmp_path / "log"), "--tap", str(tmp_path / "tap"))
+    story.events_until(sim, "progress")
+    sim.send_signal(number)
+    code, events, err = story.finish(sim)
+    assert (code, err) == (130, "")
+    assert events[-1]["event"] == "end" and events[-1]["reason"] == "interrupted" and not events[-1]["finished"]
+    reader, records = read_log(tmp_path / "log")
+    assert reader.left_over == 0 and reader.damaged == 0
+    assert messages(records[-2000:])[-1].NAME in ("MAP_DATA", "STATUS_RSP"), "what there is was collected"
+    assert story.names_left() == []
+
+
+def test_an_interrupt_while_nobody_is_there(story):
+    sim = story.sim()
+    story.events_until(sim, "ready")
+    sim.send_signal(signal.SIGINT)
+    code, events, _ = story.finish(sim)
+    assert code == 130 and events[-1]["reason"] == "interrupted" and events[-1]["steps"] == 0
+    assert story.names_left() == []
+
+
+def test_a_full_disk_loses_nothing_that_was_written(story, tmp_path):
+    limit = 200_000
+    code, events, _ = story.run(
+        "--log", str(tmp_path / "log"), core=("--steps", 10**6),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+    assert code == 3
+    assert "log cannot be written any further after %d bytes" % limit in events[-1]["sentence"]
+    reader, records = read_log(tmp_path / "log")
+    assert reader.damaged == 0 and len(records) > 3000 and reader.left_over < 300
+
+
+def test_real_time_is_fifty_steps_a_second(story):
+    code, events, _ = story.run("--realtime", core=("--steps", 60))
+    assert code == 0
+    assert 1.1 <= events[-1]["wall_s"] <= 3.0
+
+
+def test_who_reads_the_events_may_go_away(story):
+    story.core("--steps", 10**6)
+    sim = story.sim()
+    story.events_until(sim, "progress")
+    sim.stdout.close()
+    sim.wait(20)
+    assert sim.returncode == 130 and sim.stderr.read() == "" and story.names_left() == []
+    sim.stdout = None
+
+
+def test_for_people_there_are_plain_lines(story):
+    story.core("--steps", 50)
+    sim = story.sim(json_lines=False)
+    out, err = sim.communicate(timeout=60)
+    assert sim.returncode == 0 and out == ""
+    assert "waiting for the core" in err and "finished: outline closed (DONE). 1.0 s of robot time" in err
+
+
+def test_the_mode_reaches_the_core(story, tmp_path):
+    code, _, _ = story.run("--mode", "paper", "--log", str(tmp_path / "log"), core=("--steps", 5))
+    assert code == 0
+    names = [row[0] for row in __import__("protocol.parameters", fromlist=["PARAMETERS"]).PARAMETERS]
+    told = {names[m.parameter]: m.value for m in messages(read_log(tmp_path / "log")[1]) if m.NAME == "PARAM_VALUE"}
+    assert told["mode"] == 1 and told["dock_x"] == 500000
+
+
+@pytest.mark.parametrize("arguments, sentence", [
+    (("nowhere", "--link", "{d}/r"), "nowhere: neither a file nor a home"),
+    (("studio", "--link", "{d}/file"), "exists and is not a symbolic link"),
+    (("studio", "--link", "{d}/file/r"), "cannot be made: "),
+    (("studio", "--link", "{d}/r", "--tap", "{d}/r"), "--link has that name already"),
+    (("studio", "--link", "{d}/r", "--tap", "{d}/t", "--tap", "{d}/t"), "two taps have one name"),
+    (("studio", "--link", "{d}/r", "--log", "{d}/none/log"), "cannot be written: No such file"),
+    (("studio", "--link", "{d}/r", "--log", "/dev/full"), "No space left"),
+    (("studio", "--link", "{d}/r", "--set", "nonsense=on"), "there is no flag nonsense"),
+    (("studio", "--link", "{d}/r", "--robot", "{d}/none.toml"), "none.toml"),
+    (("studio", "--link", "{d}/r", "--max-robot-s", "-1"), "--max-robot-s"),
+    (("studio",), "--link"),
+])
+def test_bad_input_is_one_sentence(tmp_path, arguments, sentence):
+    (tmp_path / "file").write_text("precious")
+    command = [sys.executable, "-m", "sim_device", *(part.format(d=tmp_path) for part in arguments)]
+    done = subprocess.run(command, cwd=PROJECT, capture_output=True, text=True, timeout=30, env={**os.environ, "COLUMNS": "200"})
+    assert done.returncode == 2
+    last = done.stderr.splitlines()[-1]
+    assert sentence in last and last.startswith("sim_device: ") and "Traceback" not in done.stderr
+    assert (tmp_path / "file").read_text() == "precious"
+    assert not os.path.lexists(tmp_path / "r")
+
+
+def test_version():
+    done = subprocess.run([sys.executable, "-m", "sim_device", "--version"], cwd=PROJECT, capture_output=True, text=True, timeout=30)
+    assert done.returncode == 0 and done.stdout.startswith("sim_device ")

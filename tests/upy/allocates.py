@@ -1,0 +1,13 @@
+# A script that must fail: it shows that the lock holds.
+
+
+def boot(arguments):
+    pass
+
+
+def locked():
+    [0] * 100
+
+
+def report():
+    print("never reached")
