@@ -19,3 +19,10 @@ ANCHORS_MAX = 32
 
 COORDINATE_MAX_UM = 1 << 29  # 536 m: beyond it the odometry starts again at 0
 assert COORDINATE_MAX_UM < 1 << 30
+
+RX_BYTES = 256           # what a port reads at once: two whole frames
+assert RX_BYTES >= 216
+
+HELLO_MS = 500           # between two HELLOs while nobody answers
+
+UNIX_HEAP_BYTES = 96 * 1024  # the Unix port boots from here on: there the code lies in the heap too

@@ -11,7 +11,6 @@ import sys
 from host_tools import core_process
 from host_tools.core_process import CoreError
 from host_tools.core_session import CoreSession
-from host_tools.terminal_port import PortError
 from protocol.messages import BY_NAME
 
 PAPER_BYTES = 28200     # Paper Table 2: the topological-vector map of 458 vectors takes 28.2 KB
@@ -19,7 +18,6 @@ PAPER_VECTORS = 458
 STORE_SECTION = 2       # IDENTIFY section that is answered by a STORE record
 EXIT_OK = 0
 EXIT_USAGE = 2
-EXIT_PEER = 3
 
 
 def add_arguments(parser):
@@ -31,9 +29,9 @@ def run(args):
     try:
         with core_process.running_core(args.target, args.heap) as port:
             figures = measure(CoreSession(port), args.target)
-    except (CoreError, PortError) as error:
+    except CoreError as error:
         print("budget: %s" % error, file=sys.stderr)
-        return EXIT_PEER
+        return error.code
     print("\n".join(report(figures)))
     if args.json is not None:
         try:
@@ -63,7 +61,7 @@ def measure(core, target):
     return {
         "target": target, "stores": stores, "stores_bytes": sum(store["bytes"] for store in stores),
         "heap_bytes": memory.heap_bytes or None, "heap_used_bytes": used or None, "heap_code_bytes": code or None,
-        "heap_data_bytes": used - code if used and code else None,
+        "heap_data_bytes": used - code if used and 0 < code <= used else None,
         "heap_locked": bool(status.heap_locked) if status else None,
         "allocated_after_boot_bytes": status.allocated_after_boot_bytes if status else None,
         "paper_bytes": PAPER_BYTES,
@@ -93,6 +91,8 @@ def heap_lines(figures):
         text += " of %s B (%.1f %%)" % (grouped(figures["heap_bytes"]), 100 * used / figures["heap_bytes"])
     lines = [text + (", locked" if figures["heap_locked"] else ", not locked") + "; allocated since: %s B." % (
         "unknown" if figures["allocated_after_boot_bytes"] is None else grouped(figures["allocated_after_boot_bytes"]))]
+    if data is None and code:
+        lines.append("Of it code and data: unknown, as the core's own figures contradict one another (code %s B)." % grouped(code))
     if data is not None:
         lines.append("Of it code %s B, data %s B: the stores above %s B, objects and buffers around them %s B." % (
             grouped(code), grouped(data), grouped(figures["stores_bytes"]), grouped(data - figures["stores_bytes"])))

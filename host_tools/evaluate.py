@@ -19,6 +19,7 @@ from host_tools.score import score_map
 from protocol import states
 
 STOPS = 20
+DEGRADED = ("vectors", "chains")  # STATUS_RSP.degraded, bit by bit: the stores that ran full
 MAP_STORES = ("vectors", "chains", "regions", "nodes", "edges")
 ERRORS = {"mean_cm": None, "p95_cm": None, "max_cm": None}
 SKELETON = {
@@ -76,8 +77,8 @@ def _status(result, mission):
     result["finished"] = bool(status["finished"])
     reason = status["reason"]
     result["reason"] = states.REASONS[reason] if reason < len(states.REASONS) else "reason %d" % reason
-    by_index = {store["index"]: name for name, store in mission.stores.items()}
-    result["degraded"] = [by_index.get(bit, "bit %d" % bit) for bit in range(16) if status["degraded"] >> bit & 1]
+    result["degraded"] = [DEGRADED[bit] if bit < len(DEGRADED) else "bit %d" % bit
+                          for bit in range(16) if status["degraded"] >> bit & 1]
     result["hash"] = {"steps": "%04x%04x" % (status["steps_hi"], status["steps_lo"]),
                       "map": "%04x%04x" % (status["map_hi"], status["map_lo"])}
     if result["finished"]:
@@ -87,11 +88,10 @@ def _status(result, mission):
 def _time(result, mission, truth, end):
     time = result["time"]
     if len(mission.step):
-        time["robot_s"] = round(mission.robot_s, 2)
-    time["wall_s"] = end.get("wall_s")
-    if time["robot_s"] and time["wall_s"]:
+        time["robot_s"], time["wall_s"] = round(mission.robot_s, 2), end.get("wall_s")
+        time["path_m"], time["contacts"] = end.get("path_m"), end.get("contacts")
+    if time["wall_s"]:
         time["real_time_factor"] = time["robot_s"] / time["wall_s"]
-    time["path_m"], time["contacts"] = end.get("path_m"), end.get("contacts")
     speed_m_s, turn_rad_s = mission.parameter("speed_max") / 1000, mission.parameter("turn_max") / 1000
     time["lower_bound_s"] = lower_bound_s(truth, speed_m_s, turn_rad_s, lanes=mission.visited(states.SWEEP))
 

@@ -15,6 +15,7 @@ from protocol.parameters import PARAMETERS
 
 STEP_S = 0.02
 UWB_RECORDS_MAX = 15
+SAME_TURN_STEPS = 25
 BAM_RAD = 2 * math.pi / 65536
 POSE_FIELDS = ("step", "x_m", "y_m", "heading_rad", "state", "path_m", "points", "vectors", "fixes", "bumps")
 TURNING_STATES = (states.CORNER_IN, states.CORNER_OUT)
@@ -174,6 +175,14 @@ class MissionBuilder:
         whole = len(data) == self._info["size"] and (self._info["crc_lo"], self._info["crc_hi"]) == (crc & 0xFFFF, crc >> 16)
         return bytes(data) if whole else None
 
+    def _turn_rows(self, row):
+        """A turn is told twice, by the state and by its point some steps later: one within half a second."""
+        rows = []
+        for at in sorted(row[step] for step in self._turns if step in row):
+            if not rows or at - rows[-1] >= SAME_TURN_STEPS:
+                rows.append(at)
+        return np.array(rows, np.int64)
+
     def build(self, truth=None):
         steps = np.array(self._steps, np.int64).reshape(-1, 3)
         row = {int(step): i for i, step in enumerate(steps[:, 0])}
@@ -188,5 +197,5 @@ class MissionBuilder:
             np.array([self._states.get(int(step), -1) for step in steps[:, 0]], np.int64),
             np.array([at for at, _ in self._reports], np.int64), padded[0], padded[1], padded[2],
             poses, np.zeros((0, 4)) if truth is None else truth,
-            np.array(sorted(row[step] for step in self._turns if step in row), np.int64), np.array(self._ticks_us, float),
+            self._turn_rows(row), np.array(self._ticks_us, float),
             self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged)

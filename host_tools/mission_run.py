@@ -115,16 +115,15 @@ class _Watch:
         return Outcome(code, sentence, self.end)
 
     def _core_ended(self):
-        """The core ended first: at the mission's end that is in order, before it a failure."""
+        """The core ended first. The robot may be ending too: what it says of its own arguments comes first."""
         limit = time.monotonic() + CORE_GRACE_S
-        while self.robot.poll() is None and time.monotonic() < limit and not self.end:
+        while self.robot.poll() is None and time.monotonic() < limit:
             self._one_event(0.1)
-        if self.robot.wait(CORE_GRACE_S if self.end else 0.1) is None:
-            self.robot.stop(1.0)
+        if self.robot.poll() in (0, 1, 2):
+            self.drain()
+            return self._robot_ended()
+        self.robot.stop(1.0)
         self.drain()
-        code = self.robot.popen.returncode
-        if self.end and code in (0, 1):
-            return Outcome(code, self.error, self.end)
         return Outcome(3, core_sentence(self.core), self.end)
 
 
@@ -135,7 +134,8 @@ def core_sentence(core):
         return ("the core ran out of heap while it was loading (%s); give a larger --heap, 192k is the default"
                 % last_line(text).removeprefix("MemoryError: "))
     if text:
-        return last_line(text)
+        said = last_line(text).removeprefix("tvslam: ")
+        return "the core failed: " + said if "Traceback" in text else said
     return "the core ended with code %s before the mission did, and said nothing" % code
 
 

@@ -58,16 +58,21 @@ def mission_rows(state):
 
 
 def store_rows(state, width=16):
-    """Every store of the core: a bar, used of capacity, bytes, and what was lost for want of room."""
-    rows = []
+    """Every store of the core: a bar, used of capacity, bytes, and what was overwritten or lost for want of room."""
+    rows, fixed, fixed_bytes = [], 0, 0
     for index in sorted(state.stores):
         store = state.stores[index]
         used, capacity = store.used, store.capacity
+        if store.record_bytes == 1 and used == capacity:
+            # A buffer of fixed size: its bar would always be full.
+            fixed, fixed_bytes = fixed + 1, fixed_bytes + capacity
+            continue
         text = "%s %*d/%d" % (bar(used, capacity, width), len(str(capacity)), used, capacity)
         text += "  %s B" % number(capacity * store.record_bytes)
-        mood = "bad" if store.lost else "warn" if capacity and used >= 0.9 * capacity else ""
         rows.append((store.name or "store %d" % index, text + (
-            "  lost %s" % number(store.lost) if store.lost else ""), mood))
+            "  lost %s" % number(store.lost) if store.lost else ""), "warn" if store.lost else ""))
+    if fixed:
+        rows.append(("buffers", "%d of fixed size, %s B" % (fixed, number(fixed_bytes)), ""))
     return rows or [("stores", "not heard yet", "dim")]
 
 
@@ -110,7 +115,7 @@ def infrared_rows(state):
     """The state of Table 1 and the eight readings: 10-bit counts, near is high."""
     code = state.ir_state
     rows = [("state", "not heard yet", "dim") if code is None else
-            ("state", "S%d  I1..I8 = %s" % (code + 1, format(code, "08b")), "")]
+            ("state", "S%d  %s" % (code + 1, format(code, "08b")), "")]
     if state.step is None:
         return rows + [("readings", "not heard yet", "dim")]
     for j, count in enumerate(state.step.ir):

@@ -13,13 +13,11 @@ import sys
 from host_tools import core_process
 from host_tools.core_process import CoreError
 from host_tools.core_session import CoreSession
-from host_tools.terminal_port import PortError
 from protocol import schema
 from protocol.messages import BY_NAME
 
 EXIT_OK = 0
 EXIT_USAGE = 2
-EXIT_PEER = 3
 INT_LIMIT = 2 ** 30     # larger ones do not pass the wire
 
 
@@ -67,9 +65,9 @@ def run(args):
     except ParamError as error:
         print("param: %s" % error, file=sys.stderr)
         return EXIT_USAGE
-    except (CoreError, PortError) as error:
+    except CoreError as error:
         print("param: %s" % error, file=sys.stderr)
-        return EXIT_PEER
+        return error.code
     return EXIT_OK
 
 

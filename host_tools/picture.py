@@ -8,6 +8,7 @@ from host_tools.score import obstacle_rings
 
 WALL, FLOOR, FURNITURE = "#b9bec4", "#fbfaf7", "#eceef0"
 OUTLINE, BARRIER, PATH, DOCK = "#c2410c", "#0f766e", "#3b82f6", "#15803d"
+WIDE_IN, LEFT_IN, RIGHT_IN, TOP_IN, BOTTOM_IN = 9.0, 0.5, 0.2, 0.95, 0.85
 
 
 def draw_mission(path, home, mission, vector_map, result):
@@ -17,9 +18,10 @@ def draw_mission(path, home, mission, vector_map, result):
     from matplotlib.figure import Figure
 
     width_m, height_m = _extent(home.outline)
-    wide = 9.0
-    figure = Figure(figsize=(wide, min(max(wide * height_m / width_m + 1.5, 4.0), 16.0)), dpi=130, facecolor="white")
-    axes = figure.add_axes([0.06, 0.09, 0.91, 0.78])
+    drawn = WIDE_IN - LEFT_IN - RIGHT_IN
+    high = min(max(drawn * height_m / width_m, 2.5), 14.0) + TOP_IN + BOTTOM_IN
+    figure = Figure(figsize=(WIDE_IN, high), dpi=130, facecolor="white")
+    axes = figure.add_axes([LEFT_IN / WIDE_IN, BOTTOM_IN / high, drawn / WIDE_IN, 1 - (TOP_IN + BOTTOM_IN) / high])
     _truth(axes, home)
     _estimate(axes, mission, vector_map)
     axes.plot(*home.start, marker="o", markersize=7, color=DOCK, markeredgecolor="white", linestyle="none", label="dock", zorder=6)
@@ -29,8 +31,9 @@ def draw_mission(path, home, mission, vector_map, result):
     axes.set_xlabel("metres", fontsize=8, color="#6b7280")
     for spine in axes.spines.values():
         spine.set_color("#d1d5db")
-    figure.text(0.06, 0.955, home.name, fontsize=14, weight="bold", color="#111827")
-    figure.text(0.06, 0.915, _subtitle(result), fontsize=8.5, color="#4b5563")
+    left = LEFT_IN / WIDE_IN
+    figure.text(left, 1 - 0.3 / high, home.name, fontsize=14, weight="bold", color="#111827", verticalalignment="center")
+    figure.text(left, 1 - 0.48 / high, _subtitle(result), fontsize=8.5, color="#4b5563", verticalalignment="top")
     figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=6, fontsize=8, frameon=False)
     figure.savefig(path)
 

@@ -84,8 +84,10 @@ class TableCrc32:
             j = (register ^ low[i]) & 255 ^ buf[start]
             register = register >> 8 ^ rest[i]
             i = j
-        out[0] = (register & 255 ^ low[i] | (register >> 8 ^ rest[i]) << 8 & 65280) ^ 65535
-        out[1] = (register >> 8 ^ rest[i]) >> 8 ^ 65535
+        j = register & 255 ^ low[i]
+        register = register >> 8 ^ rest[i]
+        out[0] = (j | (register & 255) << 8) ^ 65535
+        out[1] = register >> 8 ^ 65535
 
 
 if sys.implementation.name == "micropython":

@@ -54,7 +54,7 @@ class LogWriter:
         told = {"messages": schema.MESSAGES, "parameters": parameters.PARAMETERS, "version": schema.VERSION, **notes}
         text = json.dumps(told, separators=(",", ":")).encode()
         head = MAGIC + _U32.pack(len(text)) + text
-        return head + _U32.pack(zlib.crc32(head)) + self._marker()
+        return head + _U32.pack(zlib.crc32(head)) + self.marker()
 
     def record(self, t_us, direction, frame):
         dt_us = min(max(t_us - self._t_us, 0), _DT_MAX)
@@ -64,9 +64,10 @@ class LogWriter:
         self._since_mark += len(body) + 4
         if self._since_mark + FRAME_MAX + _RECORD_EXTRA + _MARKER_SIZE < MARK_EVERY_BYTES:
             return body + _U32.pack(zlib.crc32(body))
-        return body + _U32.pack(zlib.crc32(body)) + self._marker()
+        return body + _U32.pack(zlib.crc32(body)) + self.marker()
 
-    def _marker(self):
+    def marker(self):
+        """A marker outside the usual distance, as before a pause."""
         self._since_mark = 0
         marker = _MARKER.pack(MARK, self.records, self._t_us)
         return marker + _U32.pack(zlib.crc32(marker))

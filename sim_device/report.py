@@ -7,6 +7,8 @@ import time
 from protocol import states
 
 PLAIN_EVERY_S = 5.0
+_END = ("%(verdict)s: %(reason)s (%(state)s). %(robot_s).1f s of robot time, %(path_m).1f m, %(contacts)d contacts; "
+        "%(steps)d steps in %(wall_s).1f s, %(real_time_factor)s times real time; %(frames)d frames, %(resent)d sent again")
 
 
 class ReaderGone(Exception):
@@ -46,9 +48,8 @@ class PlainReport:
             self._say("the core has %d bytes of heap, %d used; the mission starts" % (
                 fields["hello"]["heap_bytes"], fields["hello"]["heap_used_bytes"]))
         elif name == "end":
-            self._say("%s: %s (%s). %.1f s of robot time, %.1f m, %d contacts; %d steps in %.1f s, %s times real time; %d frames, %d sent again" % (
-                "finished" if fields["finished"] else "not finished", fields["reason"], fields["state"], fields["robot_s"], fields["path_m"],
-                fields["contacts"], fields["steps"], fields["wall_s"], fields["real_time_factor"], fields["frames"], fields["resent"]))
+            said = {**fields, "verdict": "finished" if fields["finished"] else "not finished"}
+            self._say(_END % said)
 
     def error(self, sentence, code, **known):
         self._say("sim_device: " + sentence)

@@ -117,19 +117,24 @@ class Body:
         share = self._advance(dx, dy)
         dx *= 1 - share
         dy *= 1 - share
-        normals = self._normals()
-        for nx, ny in normals:
+        slide = self._slide(dx, dy, self._normals())
+        if slide:
+            self._advance(*slide)
+
+    @staticmethod
+    def _slide(dx, dy, normals):
+        """What is left of (dx, dy) along a touched wall without pressing into another; None in a corner that holds."""
+        pressed = [(nx, ny) for nx, ny in normals if dx * nx + dy * ny < 0]
+        for nx, ny in pressed:
             into = dx * nx + dy * ny
-            if into < 0:
-                dx = (dx - into * nx) * FRICTION
-                dy = (dy - into * ny) * FRICTION
-                break
-        if any(dx * nx + dy * ny < -1e-12 for nx, ny in normals):
-            return  # a corner: held from two sides
-        for nx, ny in normals:
-            dx += SKIN_M * nx
-            dy += SKIN_M * ny
-        self._advance(dx, dy)
+            sx = (dx - into * nx) * FRICTION
+            sy = (dy - into * ny) * FRICTION
+            if all(sx * mx + sy * my >= -1e-12 for mx, my in normals):
+                for mx, my in normals:
+                    sx += SKIN_M * mx
+                    sy += SKIN_M * my
+                return sx, sy
+        return None
 
     def _advance(self, dx, dy):
         """Move by the largest share of (dx, dy) found that stays legal; returns the share."""

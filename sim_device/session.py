@@ -27,9 +27,11 @@ _PARAM_STATUS = {
 # Owns nothing that must be closed: pty, taps and files are the caller's. run()
 # returns the end event (a dict) of a mission that came to an end of its own, by
 # the time limit or by stop(); it raises PeerError where the core failed. What
-# was learnt until then is in summary(). `truth` gets the true pose of every step.
+# was learnt until then is in summary(). `stop` counts requests to end: the first ends the
+# mission, the second also what is asked afterwards. `truth` gets the true pose of every step.
 class Session:
-    def __init__(self, pty, taps, robot, report, log=None, truth=None, settings=None, realtime=False, max_robot_s=3600.0, stop=lambda: False):
+    def __init__(self, pty, taps, robot, report, log=None, truth=None, settings=None,
+                 realtime=False, max_robot_s=3600.0, stop=lambda: 0):
         self.robot = robot
         self.peer = Peer(pty, taps, log, self._stops)
         self.step = 0
@@ -160,22 +162,23 @@ class Session:
         """What the core says at the end, and its map, if it has one."""
         try:
             self.status = self.peer.ask(_STATUS(0), _STATUS_RSP, dead_s=dead_s)
-            self.map_bytes = self._pull_map(dead_s)
-        except Refused:
-            pass  # no map yet: the end event says so
+            try:
+                info = self.peer.ask(_MAP_INFO(0), _MAP_INFO_RSP, dead_s=dead_s)
+            except Refused:
+                return  # no map yet: the end event says so
+            self.map_bytes = self._pull_map(info, dead_s)
         except (PeerError, Interrupted):
             if must:
                 raise
 
-    def _pull_map(self, dead_s):
-        info = self.peer.ask(_MAP_INFO(0), _MAP_INFO_RSP, dead_s=dead_s)
+    def _pull_map(self, info, dead_s):
         data = bytearray()
         while len(data) < info.size:
+            place = (info.generation, len(data))
             part = self.peer.ask(
-                _MAP_READ(info.generation, len(data)), _MAP_DATA,
-                lambda m: (m.generation, m.offset) == (info.generation, len(data)) and len(m.data) > 0, dead_s)
+                _MAP_READ(*place), _MAP_DATA, lambda m, place=place: (m.generation, m.offset) == place and len(m.data) > 0, dead_s)
             data += part.data
-        crc = zlib.crc32(data)
+        crc = zlib.crc32(data[:-4])  # its last four bytes are this sum once more
         if len(data) != info.size or (crc & 0xFFFF, crc >> 16) != (info.crc_lo, info.crc_hi):
-            raise PeerError("the core's map of %d bytes came with a wrong check sum: it was changed while it was read" % info.size)
+            raise PeerError("the core's map of %d bytes came with a wrong check sum: it changed while it was read" % info.size)
         return bytes(data)

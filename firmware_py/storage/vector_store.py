@@ -77,6 +77,23 @@ class VectorStore:
         self.generation = (self.generation + 1) & 0xFFFF
         return True
 
+    def chain_of(self, i):
+        c = self.chains - 1
+        while c > 0 and self.firsts[c] > i:
+            c -= 1
+        return c
+
+    def next_of(self, i):
+        # Where the vector that begins at record i ends; -1: none begins there.
+        if self.flags[i] & CHAIN_END:
+            return -1
+        c = self.chain_of(i)
+        if i + 1 < self.firsts[c] + self.counts[c]:
+            return i + 1
+        if c + 1 < self.chains:
+            return self.firsts[c] if self.counts[c] < 255 else i + 1
+        return self.firsts[c] if self.kinds[c] & SEARCHED else -1
+
     def seal(self, first, chain, kind):
         # The records from `first` on are a whole barrier of this kind. If they are one chain whose ends
         # meet, it closes: its last vertex leads back to the first.

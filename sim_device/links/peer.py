@@ -187,6 +187,6 @@ class Peer:
         if counters[FRAMES_IN]:
             return "frames arrive on %s, but no HELLO within %g s: is another program than the core at its far end?" % (path, waited_s)
         if counters[BYTES_IN]:
-            return "bytes arrive on %s (%d of them), but no frame of this protocol within %g s: something else than the core talks there" % (
+            return "bytes arrive on %s (%d of them), but no frame of this protocol within %g s: something else than the core is there" % (
                 path, counters[BYTES_IN], waited_s)
         return "nobody answered on %s within %g s: start the core on it, or wait longer with --wait" % (path, waited_s)

@@ -13,6 +13,7 @@ DRAIN_S = 0.5
 
 _ID = 3         # in a raw frame: CTL SEQ ACK ID LEN body CRC
 _BODY = 5
+_BOOT_ID = slice(_BODY + 10, _BODY + 12)  # HELLO keeps its layout for ever
 _IDS = {row[1]: row[0] for row in schema.MESSAGES}
 _HELLO, _IDENTITY, _IDENTIFY, _WELCOME = (_IDS[name] for name in ("HELLO", "IDENTITY", "IDENTIFY", "WELCOME"))
 _STEPS = (_IDS["STEP"], _IDS["STEP_RSP"])
@@ -63,14 +64,12 @@ class Taps:
         if message_id in _KEPT:
             self._newest[message_id, raw[_BODY:_BODY + _NUMBERED.get(message_id, 0)]] = raw
         elif message_id == _HELLO:
+            if self._hello is not None and self._hello[_BOOT_ID] != raw[_BOOT_ID]:
+                self._newest.clear()  # another core: what the last one said is no longer so
+                self._identity.clear()
             self._hello = raw
         elif message_id == _IDENTITY:
             self._identity[raw[_BODY:_BODY + 3]] = raw
-
-    def restart(self):
-        """The core was started anew: what it said before is no longer so."""
-        self._newest.clear()
-        self._identity.clear()
 
     def service(self, now_s):
         if now_s < self._next_s or not self._taps:

@@ -61,7 +61,8 @@ def test_without_matplotlib_all_but_the_picture_is_written(mission, tmp_path, mo
 
 
 def test_geojson_has_a_line_a_vector_with_its_properties():
-    the_map = vector_map(chain(rectangle(0, 0, 2, 1), sigma_mm=7), chain([(1, 0.5), (1.5, 0.5), (1.5, 0.75)], KIND_BARRIER, False, region=3))
+    chair = chain([(1, 0.5), (1.5, 0.5), (1.5, 0.75)], KIND_BARRIER, closed=False, region=3)
+    the_map = vector_map(chain(rectangle(0, 0, 2, 1), sigma_mm=7), chair)
     collection = geojson(the_map, "by hand")
     assert collection["type"] == "FeatureCollection" and "local metres" in collection["coordinate_system"]
     lines = [(f["geometry"]["coordinates"], f["properties"]) for f in collection["features"]]

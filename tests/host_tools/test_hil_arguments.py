@@ -85,7 +85,8 @@ def test_results_that_cannot_be_kept_are_refused_before_the_mission(room, tmp_pa
 
 def test_trying_whether_a_file_can_be_written_leaves_none_behind(room, tmp_path, capsys):
     expect_refusal(capsys, [room, "--json", str(tmp_path / "new" / "r.json"), "--log", str(tmp_path / "log"), "--out", str(room)], room)
-    expect_refusal(capsys, [room, "--json", str(tmp_path / "r.json"), "--out", str(tmp_path / "o"), "--target", "port:/dev/null"], "/dev/null")
+    places = ["--json", str(tmp_path / "r.json"), "--out", str(tmp_path / "o")]
+    expect_refusal(capsys, [room, *places, "--target", "port:/dev/null"], "/dev/null")
     assert not (tmp_path / "r.json").exists() and os.listdir(tmp_path / "o") == []
 
 

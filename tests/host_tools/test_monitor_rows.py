@@ -58,8 +58,15 @@ def test_a_store_that_lost_records_is_marked():
     state = MonitorState()
     state.apply(BY_NAME["STORE"](index=0, name="points", used=64, capacity=64, record_bytes=12, lost=5))
     (label, text, mood), = rows.store_rows(state)
-    assert (label, mood) == ("points", "bad")
+    assert (label, mood) == ("points", "warn")
     assert text.endswith("lost 5") and "·" not in text
+
+
+def test_buffers_of_fixed_size_are_one_row():
+    state = MonitorState()
+    for index, (name, size) in enumerate((("rx buffer", 256), ("tx frame", 108))):
+        state.apply(BY_NAME["STORE"](index=index, name=name, used=size, capacity=size, record_bytes=1, lost=0))
+    assert rows.store_rows(state) == [("buffers", "2 of fixed size, 364 B", "")]
 
 
 def test_memory_and_link_rows():
@@ -79,7 +86,7 @@ def test_a_core_that_allocated_after_boot_is_red():
 def test_infrared_rows_name_the_state_of_table_1():
     state = state_after(Story(), 10)    # ir_state 4: I6 alone is near
     table = rows.infrared_rows(state)
-    assert text_of(table, "state") == "S5  I1..I8 = 00000100"
+    assert text_of(table, "state") == "S5  00000100"
     assert [label[:2] for label, _, mood in table if mood == "warn"] == ["I6"]
     assert text_of(table, "I6  -90°").endswith(" 560")
     assert text_of(table, "ultrasonic") == "1200 mm"

@@ -85,10 +85,10 @@ def test_a_value_that_is_no_number(param, capsys):
 
 @pytest.mark.parametrize("path, sentence", [("/no/such/port", "no such file"), (os.devnull, "is not a terminal")])
 def test_a_port_that_is_none(capsys, path, sentence):
-    assert cli.main(["param", "--target", "port:" + path, "list"]) == 3
+    assert cli.main(["param", "--target", "port:" + path, "list"]) == 2
     assert sentence in capsys.readouterr().err
 
 
 def test_a_target_that_is_none(capsys):
-    assert cli.main(["param", "--target", "moon", "list"]) == 3
+    assert cli.main(["param", "--target", "moon", "list"]) == 2
     assert "'moon' is no target: give cpython, unix or port:DEVICE" in capsys.readouterr().err

@@ -132,6 +132,12 @@ def test_a_step_sent_twice_counts_once(tmp_path):
     assert twice["localisation"] == once["localisation"]
 
 
+def test_turning_points_are_told_once_each(tmp_path):
+    mission = read_mission(*SyntheticMission().finish().save(tmp_path))
+    turned = np.diff(mission.right - mission.left) > 0
+    assert mission.turn_rows == pytest.approx(np.flatnonzero(turned) + 1) and len(mission.turn_rows) == 4
+
+
 def test_stops_depend_on_the_seed_and_on_nothing_else(tmp_path):
     story = SyntheticMission().finish()
     mission = read_mission(*story.save(tmp_path))
@@ -150,6 +156,12 @@ def test_an_unfinished_mission_has_no_closure_and_no_enclosed_space(tmp_path):
     assert result["finished"] is False and result["reason"] == states.REASONS[states.REASON_TOO_LONG]
     assert result["map"]["closure_cm"] == {"before": None, "after": None}
     assert result["map"]["iou_free"] is None and result["map"]["outline_recall_5cm"] == 1.0
+
+
+def test_a_store_that_ran_full_is_named_and_the_mission_is_finished_all_the_same(tmp_path):
+    result, _ = result_of(SyntheticMission().finish(room_map(), reason=states.REASON_STORE_FULL, degraded=0b11), tmp_path)
+    assert result["finished"] is True and result["degraded"] == ["vectors", "chains"]
+    assert result["reason"] == states.REASONS[states.REASON_STORE_FULL]
 
 
 def test_on_cpython_there_is_no_heap_to_measure(tmp_path):

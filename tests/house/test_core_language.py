@@ -11,11 +11,15 @@ SMALL_INT = 2**30
 ARRAY_CODES = set("bBhHi")
 NO_NAMES = {"float", "complex", "divmod", "enumerate", "zip", "map", "filter", "sorted", "round", "eval", "exec", "globals", "locals"}
 PORTS = "firmware_py/ports/"
+CPYTHON_ONLY = {"firmware_py/ports/host.py"}  # the port of the target `cpython` never runs in the VM
+VIPER = "_viper.py"                           # a faster twin of a file that works without the emitter
 
 
 def offences(complain):
     found = []
     for path in core_files():
+        if name_of(path) in CPYTHON_ONLY:
+            continue
         for node in ast.walk(parsed(path)):
             text = complain(node, name_of(path))
             if text:
@@ -53,11 +57,22 @@ def test_no_construct_that_allocates_unseen():
             return f"{node.name} takes *args"
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in NO_NAMES:
             return node.id
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not path.startswith(PORTS):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not path.startswith(PORTS) and not path.endswith(VIPER):
             for decorator in node.decorator_list:
                 if ast.unparse(decorator) != "micropython.native":
                     return f"decorator @{ast.unparse(decorator)}: emitters belong in {PORTS}"
     offences(complain)
+
+
+def test_a_board_without_the_emitter_can_do_without_the_viper_twin():
+    found = []
+    for path in core_files():
+        guarded = {id(n) for t in ast.walk(parsed(path)) if isinstance(t, ast.Try) for n in ast.walk(t)}
+        for node in ast.walk(parsed(path)):
+            if isinstance(node, (ast.Import, ast.ImportFrom)) and id(node) not in guarded:
+                if "_viper" in ast.unparse(node) and not name_of(path).startswith(PORTS):
+                    found.append(f"{name_of(path)}:{node.lineno} {ast.unparse(node)} outside of a try")
+    assert not found, "\n".join(found)
 
 
 def test_no_closure():

@@ -53,7 +53,8 @@ def test_what_sets_the_project_up_names_no_address():
 
 
 def test_constraints_pin_every_dependency():
-    pinned = {line.split("==")[0].lower().replace("_", "-") for line in (PROJECT / "constraints.txt").read_text().splitlines() if "==" in line}
+    lines_of = (PROJECT / "constraints.txt").read_text().splitlines()
+    pinned = {line.split("==")[0].lower().replace("_", "-") for line in lines_of if "==" in line}
     declared = re.findall(r'"([A-Za-z][\w-]*)>=', (PROJECT / "pyproject.toml").read_text())
     missing = {name.lower().replace("_", "-") for name in declared} - pinned - {"setuptools"}
     assert declared and not missing, missing

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from protocol import codec, schema
 from protocol.messages import BY_ID, BY_NAME, MessageError
-from tests.protocol.messages import messages
+from tests.protocol.messages import messages, size_of
 
 BASE = 3  # bodies stand somewhere in a buffer, not at its beginning
 
@@ -68,7 +68,7 @@ def test_wide_values_stop_at_2_to_the_30(raw, value):
     assert unsigned == ([1, raw] if 0 <= raw < 2**30 else None)
 
 
-@given(message_id=st.integers(0, 255), body=st.binary(max_size=schema.BODY_MAX + 20))
+@given(message_id=st.one_of(st.sampled_from(sorted(BY_ID)), st.integers(0, 255)), body=st.binary(max_size=schema.BODY_MAX + 20))
 def test_any_bytes_decode_alike_or_not_at_all(message_id, body):
     flat = decoded(message_id, body)
     kind = BY_ID.get(message_id)
@@ -87,17 +87,19 @@ def test_any_bytes_decode_alike_or_not_at_all(message_id, body):
 @given(data=st.data(), message=messages())
 def test_a_body_of_another_length_is_refused(data, message):
     body = message.pack()
+    fields = message.FIELDS
+    if fields[-1][1] != "*":
+        size = data.draw(st.integers(0, len(body) + 4))
+        assert (decoded(message.ID, (body + b"\1\2\3\4")[:size]) is None) == (size != len(body))
+        return
     cut = body[:data.draw(st.integers(0, len(body)))]
-    row = next(row for row in schema.MESSAGES if row[0] == message.ID)
     flat = decoded(message.ID, cut)
-    if row[4][-1][1] == "*":
-        assert flat is None or encoded(message.ID, flat, flat[-1 - len(flat) + _head_count(row)]) == cut
-    else:
-        assert (flat is None) == (len(cut) != len(body))
-
-
-def _head_count(row):
-    return sum(8 if f[1] == "p10" else int(f[1][1:]) if f[1][0] == "c" else 1 for f in row[4][:-1])
+    head = sum(size_of(f[1]) for f in fields[:-1])
+    item = sum(size_of(f[1]) for f in fields[-1][2])
+    assert (flat is None) == (len(cut) < head or (len(cut) - head) % item != 0)
+    if flat is not None:
+        items = (len(cut) - head) // item
+        assert encoded(message.ID, flat, items) == cut and flat[-1 - items * len(fields[-1][2])] == items
 
 
 def test_encoding_refuses_what_the_schema_has_not():

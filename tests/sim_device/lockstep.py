@@ -8,6 +8,7 @@ from pathlib import Path
 
 from protocol.host_link import HostLink
 from protocol.log import LogReader
+from sim_device.links.tap import wire
 
 PROJECT = Path(__file__).resolve().parents[2]
 FAKE_CORE = Path(__file__).with_name("fake_core.py")
@@ -22,7 +23,7 @@ class Lockstep:
         self.processes = []
 
     def sim(self, *arguments, home="studio", json_lines=True, **options):
-        command = [sys.executable, "-m", "sim_device", home, "--link", str(self.link), *(["--json-lines"] if json_lines else []), *arguments]
+        command = [sys.executable, "-m", "sim_device", home, "--link", str(self.link), *arguments, *["--json-lines"][:json_lines]]
         return self._start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
     def core(self, *arguments):
@@ -77,6 +78,5 @@ def messages(records):
     found = []
     for record in records:
         link = HostLink(listen=2, any_epoch=True)
-        from sim_device.links.tap import wire
         found += link.feed(bytes(wire(record.frame)))
     return found

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from shapely.geometry import LinearRing
+from shapely.geometry import LinearRing, Point
 
 from sim_device.home import HomeError, home_names, load_home
 
@@ -36,7 +36,6 @@ def test_the_free_space_is_left_of_every_segment_however_the_file_turns(tmp_path
     start, end = home.segments[:, :2], home.segments[:, 2:]
     along = end - start
     left = (start + end) / 2 + 0.01 * np.stack((-along[:, 1], along[:, 0]), axis=1) / np.linalg.norm(along, axis=1)[:, None]
-    from shapely.geometry import Point
     assert all(home.free.contains(Point(p)) for p in left)
 
 
@@ -68,7 +67,8 @@ BAD = {
     "millimetres": ({"outline": [[0, 0], [4000, 0], [4000, 3000]]}, ["'outline[1]'", "500 m"]),
     "obstacle outside": ({"obstacles": [[[5, 1], [6, 1], [6, 2]]]}, ["'obstacles[0]'", "outside"]),
     "obstacle through the wall": ({"obstacles": [[[3, 1], [5, 1], [5, 2]]]}, ["'obstacles[0]'", "through the outline"]),
-    "obstacles overlap": ({"obstacles": [[[2, 1], [3, 1], [3, 2]], [[2.5, 1], [3.5, 1], [3, 1.9]]]}, ["'obstacles[0]'", "overlaps obstacles[1]"]),
+    "obstacles overlap": ({"obstacles": [[[2, 1], [3, 1], [3, 2]], [[2.5, 1], [3.5, 1], [3, 1.9]]]},
+                          ["'obstacles[0]'", "overlaps obstacles[1]"]),
     "obstacle on the wall": ({"obstacles": [[[3, 1], [4, 1], [4, 2], [3, 2]]]}, ["'obstacles'", "touch"]),
     "obstacle crosses itself": ({"obstacles": [[[2, 1], [3, 2], [3, 1], [2, 2]]]}, ["'obstacles[0]'", "crosses"]),
     "start in an obstacle": ({"start": [2.5, 1.5]}, ["'start'", "inside a wall"]),

@@ -2,6 +2,7 @@
 
 import math
 import random
+import statistics
 import subprocess
 import sys
 from array import array
@@ -17,7 +18,7 @@ from sim_device.config import DEFAULT, RobotError, load_robot
 from sim_device.home import load_home
 from sim_device.robot import FRICTION, ODOMETRY
 from sim_device.virtual_robot import VirtualRobot
-from tests.sim_device.random_homes import drawn_home, hall, homes
+from tests.sim_device.random_homes import drawn_home, hall, home_of, homes
 
 RADIUS_M = 0.17
 PULSE_MM = math.pi * 72 / 508
@@ -137,6 +138,24 @@ def test_a_corner_holds_from_two_sides():
     assert bin(body.bump).count("1") == 2
 
 
+def test_it_slides_round_a_curved_wall():
+    """In a round room of 24 facets, full speed at a slant to the wall must not stick where two facets meet."""
+    circle = [[round(3 * math.cos(k * math.pi / 12), 3), round(3 * math.sin(k * math.pi / 12), 3)] for k in range(24)]
+    robot = exact(robot_in(home_of(circle)))
+    drive(robot, 300, 300, 500)  # against the corner at (3, 0)
+    turned = 0.0
+    for _ in range(400):
+        before = math.atan2(robot.y_m, robot.x_m)
+        drive(robot, 260, 300, 5)
+        body = robot.body
+        body.theta_rad = math.atan2(robot.y_m, robot.x_m) + math.radians(60)
+        body.cos, body.sin = math.cos(body.theta_rad), math.sin(body.theta_rad)
+        turned += math.remainder(math.atan2(robot.y_m, robot.x_m) - before, 2 * math.pi)
+    slid_m = 400 * 0.1 * 0.28 * math.sin(math.radians(60)) * FRICTION
+    assert turned == pytest.approx(slid_m / (3 - RADIUS_M), rel=0.1), "six facets on, as on a straight wall"
+    assert 0 <= gap_m(robot) < 0.001
+
+
 def test_a_new_contact_needs_a_fifth_of_a_second_without():
     robot = exact(robot_in(hall(4, 4, (3.6, 2))))
     drive(robot, 300, 300, 60)
@@ -214,6 +233,25 @@ def test_odometry_drifts_as_its_preset_says():
     assert 0.001 < max(calibrated) < 0.5
     assert min(poor) > max(calibrated)
     assert max(poor) < 6
+
+
+@pytest.mark.parametrize("preset", ["calibrated", "poor"])
+def test_slip_grows_with_the_root_of_the_way(preset):
+    """With perfect wheels, the heading after s metres is off by slip * sqrt(2 s) / track."""
+    slip = ODOMETRY[preset]["slip"]
+    lefts, rights = [], []
+    for seed in range(60):
+        robot = exact(robot_in(hall(9, 9, (1, 4.5)), seed=seed))
+        body = robot.body
+        body._slip = slip
+        for _ in range(340):
+            body.drive(300, 300)
+        along, turned = robot.x_m - 1, body.theta_rad * 0.235
+        lefts.append(along - turned / 2 - 340 * 0.006 + 0.006)
+        rights.append(along + turned / 2 - 340 * 0.006 + 0.006)
+    expected = slip * math.sqrt(2.034)
+    for travel in (lefts, rights):
+        assert statistics.stdev(travel) == pytest.approx(expected, rel=0.3)
 
 
 # The mission of the determinism tests: run here and in a fresh process.

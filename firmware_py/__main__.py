@@ -1,0 +1,21 @@
+# micropython -X heapsize=192k -m firmware_py PATH        or        python -m firmware_py PATH
+
+import sys
+
+
+def run():
+    if len(sys.argv) != 2:
+        print("usage: firmware_py PATH    (the serial port or pty on which the core speaks)")
+        return 2
+    from firmware_py.limits import UNIX_HEAP_BYTES
+    try:
+        from firmware_py.main import main
+        return main(sys.argv[1])
+    except MemoryError:
+        print("tvslam: the heap is too small to boot: give at least", UNIX_HEAP_BYTES // 1024, "KiB, as in -X heapsize=192k")
+        return 4
+    except KeyboardInterrupt:
+        return 130
+
+
+sys.exit(run())

@@ -1,0 +1,237 @@
+# The core behind its link: answers every message, runs a step for each STEP.
+
+from protocol.link import Link
+from protocol.parameters import PARAMETERS
+from protocol.schema import ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN
+from protocol.tables import (
+    WELCOME, IDENTIFY, IDENTITY, PING, PONG, STEP, STEP_RSP, STATUS, STATUS_RSP, STORE,
+    MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
+)
+
+from .inventory import Inventory, STORES
+from .pipeline import Tvslam
+from .telemetry import Telemetry
+
+VERSION = b"tvslam 0.1.0"
+
+_PIECE = 88            # bytes of the map in a MAP_DATA
+_SECTION_HELLO = 0
+_SECTION_VERSION = 1
+_SECTION_STORES = 2
+
+
+class Device:
+    # receive(buf, size): bytes that a port read, in a bytearray that it lends; answers go out by
+    # port.write(buf, size). hello(): say HELLO. Allocates in __init__ only; wire input never raises.
+    #
+    # Lockstep: STEP n+1 after n runs a step; n once more gets the retained answer and runs nothing;
+    # any other number gets ERROR. The first STEP locks the parameters and begins the mission.
+
+    def __init__(self, port, boot_id):
+        self.port = port
+        self.core = Tvslam()
+        self.link = Link(boot_id)
+        self.inventory = Inventory(self.core, self.link)
+        self.telemetry = Telemetry(self.core, self)
+        self.welcomed = False
+        self.begun = False
+        self.step_number = 0
+
+    def hello(self):
+        p = self.port
+        self.link.send_hello(VERSION[7] << 8 | VERSION[9], VERSION[11], 0, STORES, len(PARAMETERS),
+                             p.heap_bytes, p.heap_used(), p.heap_code_bytes)
+        p.write(self.link.tx, self.link.tx_len)
+
+    def send(self, message_id, items=0):
+        self.port.write(self.link.tx, self.link.send(message_id, items))
+
+    def send_store(self, index):
+        self.inventory.fill(index)
+        self.send(STORE)
+
+    def send_memory(self, message_id):
+        self._memory(0)
+        self.send(message_id)
+
+    def receive(self, buf, size):
+        link = self.link
+        at = 0
+        while at < size:
+            at = link.feed(buf, at, size)
+            if link.message_id == STEP:
+                self._step()
+            elif link.message_id:
+                self._answer(link.message_id)
+            elif link.tx_len:
+                self.port.write(link.tx, link.tx_len)
+
+    def _step(self):
+        link = self.link
+        step = link.values[0]
+        if self.begun and step == self.step_number:
+            link.counters[4] = link.counters[4] + 1 & 0xFFFF
+            self.port.write(link.tx, link.resend_kept())
+            return
+        if self.begun and step != self.step_number + 1:
+            self._error(ERROR_STEP_ORDER, STEP, self.step_number + 1)
+            return
+        core = self.core
+        if not self.begun:
+            self.begun = True
+            core.begin()
+        self.step_number = step
+        core.step(link.values)
+        out = link.out
+        out[0] = step
+        out[1] = core.left_mm_s
+        out[2] = core.right_mm_s
+        out[3] = core.state
+        out[4] = core.ir_state
+        out[5] = core.hash_lo
+        self.send(STEP_RSP)
+        link.keep()
+        self.telemetry.after_step(step)
+
+    def _answer(self, message_id):
+        if message_id == WELCOME:
+            self.welcomed = True
+        elif message_id == IDENTIFY:
+            self._identify()
+        elif message_id == PING:
+            self.link.out[0] = self.link.values[0]
+            self.link.out[1] = self.port.ticks_ms()
+            self.send(PONG)
+        elif message_id == STATUS:
+            self._status()
+        elif message_id == MAP_INFO:
+            self._map_info()
+        elif message_id == MAP_READ:
+            self._map_read()
+        elif message_id == PARAM_LIST:
+            self._parameter_info()
+        elif message_id == PARAM_SET or message_id == PARAM_GET:
+            self._parameter(message_id)
+
+    def _error(self, code, message_id, detail):
+        self.port.write(self.link.tx, self.link.send_error(code, message_id, detail))
+
+    def _identify(self):
+        values = self.link.values
+        out = self.link.out
+        section = values[0]
+        offset = values[1]
+        if section == _SECTION_HELLO:
+            self.hello()
+            return
+        if section == _SECTION_STORES and offset < STORES:
+            self.send_store(offset)
+            return
+        size = len(VERSION) if section == _SECTION_VERSION else 0
+        n = size - offset if offset < size else 0
+        out[0] = section
+        out[1] = offset
+        out[2] = size
+        out[3] = n
+        for i in range(n):
+            out[4 + i] = VERSION[offset + i]
+        self.send(IDENTITY, n)
+
+    def _status(self):
+        core = self.core
+        out = self.link.out
+        out[0] = self.step_number
+        out[1] = core.state
+        out[2] = 1 if core.finished else 0
+        out[3] = core.reason
+        out[4] = core.degraded
+        out[5] = core.hash_lo
+        out[6] = core.hash_hi
+        self._whole_image()
+        out[7] = core.image.crc[0]
+        out[8] = core.image.crc[1]
+        out[9] = core.closure.before_mm
+        out[10] = core.closure.after_mm
+        out[11] = core.explorer.bumps
+        out[12] = core.odometry.path_mm
+        self._memory(13)
+        self.send(STATUS_RSP)
+
+    def _memory(self, at):
+        out = self.link.out
+        p = self.port
+        used = p.heap_used()
+        out[at] = p.heap_bytes
+        out[at + 1] = used
+        out[at + 2] = p.locked
+        out[at + 3] = used - p.heap_boot_bytes if used > p.heap_boot_bytes else 0
+
+    def _whole_image(self):
+        # The mission's end has it ready; asked for earlier, it is made at once.
+        image = self.core.image
+        if image.generation != self.core.vectors.generation:
+            image.begin()
+            image.step(image.size)
+
+    def _map_info(self):
+        self._whole_image()
+        image = self.core.image
+        out = self.link.out
+        out[0] = image.generation
+        out[1] = image.size
+        out[2] = image.crc[0]
+        out[3] = image.crc[1]
+        self.send(MAP_INFO_RSP)
+
+    def _map_read(self):
+        image = self.core.image
+        values = self.link.values
+        out = self.link.out
+        offset = values[1]
+        if values[0] != image.generation or image.generation != self.core.vectors.generation:
+            self._error(ERROR_STALE, MAP_READ, self.core.vectors.generation)
+            return
+        if offset < 0 or offset > image.size:
+            self._error(ERROR_RANGE, MAP_READ, image.size)
+            return
+        n = image.size - offset
+        if n > _PIECE:
+            n = _PIECE
+        out[0] = image.generation
+        out[1] = offset
+        out[2] = n
+        for i in range(n):
+            out[3 + i] = image.byte(offset + i)
+        self.send(MAP_DATA, n)
+
+    def _parameter(self, message_id):
+        values = self.link.values
+        out = self.link.out
+        table = self.core.parameters
+        number = values[0]
+        index = values[1]
+        if message_id == PARAM_SET:
+            status = table.set(number, index, values[2])
+        else:
+            status = PARAM_OK if table.known(number, index) else PARAM_UNKNOWN
+        out[0] = number
+        out[1] = index
+        out[2] = status
+        out[3] = table.values[table.firsts[number] + index] if table.known(number, index) else 0
+        self.send(PARAM_VALUE)
+
+    def _parameter_info(self):
+        number = self.link.values[0]
+        out = self.link.out
+        if number >= len(PARAMETERS):
+            self._error(ERROR_RANGE, PARAM_LIST, len(PARAMETERS))
+            return
+        row = PARAMETERS[number]
+        out[0] = number
+        for i in range(4):
+            out[1 + i] = row[2 + i]
+        for i in range(8):
+            out[5 + i] = ord(row[1][i]) if i < len(row[1]) else 0
+        for i in range(24):
+            out[13 + i] = ord(row[0][i]) if i < len(row[0]) else 0
+        self.send(PARAM_INFO)

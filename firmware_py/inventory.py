@@ -1,0 +1,68 @@
+# Every store and buffer of the running core, with what it holds and what it costs.
+
+from .limits import CHAINS_MAX, RX_BYTES
+
+_NAMES = (
+    b"vectors", b"chains", b"hits", b"near hits", b"points", b"breadcrumbs", b"parameters", b"map checksum",
+    b"rx buffer", b"rx frame", b"tx frame", b"kept answer", b"rx values", b"tx values", b"link counts",
+)
+STORES = len(_NAMES)
+
+
+class Inventory:
+    # fill(index, out): message STORE of protocol/schema.py: index, name (12), used, capacity, record_bytes, lost.
+    # Rings and stores report their records; a buffer of fixed content counts as full, one byte a record.
+
+    def __init__(self, core, link):
+        self._core = core
+        self._link = link
+        self._out = link.out
+
+    def fill(self, index):
+        out = self._out
+        name = _NAMES[index]
+        out[0] = index
+        for i in range(12):
+            out[1 + i] = name[i] if i < len(name) else 0
+        core = self._core
+        link = self._link
+        if index == 0:
+            self._store(core.vectors)
+        elif index == 1:
+            self._put(core.vectors.chains, CHAINS_MAX, 4, core.vectors.chains_lost)
+        elif index == 2:
+            self._store(core.hits)
+        elif index == 3:
+            self._put(core.follower.near, core.hits.CAPACITY, 7, 0)
+        elif index == 4:
+            self._store(core.points)
+        elif index == 5:
+            self._store(core.crumbs)
+        elif index == 6:
+            n = len(core.parameters.values)
+            self._put(n, n, 4, 0)
+        elif index == 7:
+            self._buffer(64)
+        elif index == 8:
+            self._buffer(RX_BYTES)
+        elif index == 9:
+            self._buffer(len(link.reader.held))
+        elif index <= 11:
+            self._buffer(len(link.tx))
+        elif index <= 13:
+            self._buffer(4 * len(link.values))
+        else:
+            self._buffer(4 * len(link.counters))
+
+    def _store(self, store):
+        self._put(store.used, store.CAPACITY, store.RECORD_BYTES, store.lost)
+
+    def _buffer(self, size):
+        self._put(size, size, 1, 0)
+
+    def _put(self, used, capacity, record_bytes, lost):
+        out = self._out
+        out[13] = used
+        out[14] = capacity
+        out[15] = record_bytes
+        out[16] = lost

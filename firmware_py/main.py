@@ -1,0 +1,50 @@
+# The firmware: boot, allocate, lock the heap, poll for ever.
+
+import sys
+
+from .limits import HELLO_MS, RX_BYTES
+from .device import Device
+
+DONE = 15
+EXIT_CLOSED = 3
+
+if sys.implementation.name == "micropython":
+    from .ports.unix import Port, PortError
+else:
+    from .ports.host import Port, PortError
+
+
+def main(path):
+    # Opens the link at `path`, waiting for it to appear, and serves it until the other end closes.
+    # -> exit code: 0 if the mission had ended by then, 2 for a path that is no terminal, 3 otherwise.
+    port = Port()
+    device = Device(port, port.random())
+    buf = bytearray(RX_BYTES)
+    try:
+        port.open(path, buf)
+    except PortError as error:
+        print("tvslam: " + str(error))
+        return 2
+    port.lock()
+    try:
+        serve(device, port, buf)
+    finally:
+        port.unlock()
+    if device.core.state == DONE:
+        return 0
+    print("tvslam: " + path + " was closed by its other end before the mission was done: start both again")
+    return EXIT_CLOSED
+
+
+def serve(device, port, buf):
+    # Until the other end closes. Nothing from here on allocates.
+    said_ms = port.ticks_ms() - HELLO_MS
+    while True:
+        if not device.welcomed and (port.ticks_ms() - said_ms & 0x3FFFFFF) >= HELLO_MS:
+            said_ms = port.ticks_ms()
+            device.hello()
+        size = port.read(50)
+        if size < 0:
+            return
+        if size:
+            device.receive(buf, size)

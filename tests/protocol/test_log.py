@@ -1,0 +1,99 @@
+# The log of a link: whatever happens to its bytes, what is whole comes back, in order.
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from protocol import schema
+from protocol.log import MAGIC, MARK, MARK_EVERY_BYTES, LogError, LogReader, LogWriter, Record
+
+frames = st.lists(st.tuples(st.integers(0, 10**10), st.sampled_from((schema.DOWN, schema.UP)), st.binary(max_size=105)), max_size=60)
+
+
+def written(items, **notes):
+    writer = LogWriter()
+    data = writer.head(**notes)
+    records, now_us = [], 0
+    for t_us, direction, frame in items:
+        now_us += min(max(t_us - now_us, 0), 0xFFFFFFFF)
+        data += writer.record(t_us, direction, frame)
+        records.append(Record(now_us, direction, frame))
+    return data, records
+
+
+def read(data, size=1 << 20):
+    reader, found = LogReader(), []
+    for at in range(0, len(data), size):
+        found += reader.feed(data[at:at + size])
+    return reader, found
+
+
+def long_log(count=4000):
+    return written([(i * 100, i & 1, bytes((i & 255, i >> 8)) * 20) for i in range(count)])
+
+
+@given(frames, st.integers(1, 200))
+def test_what_goes_in_comes_out_however_it_is_cut(items, size):
+    data, records = written(items, home="studio")
+    reader, found = read(data, size)
+    assert found == records
+    assert (reader.damaged, reader.lost, reader.left_over) == (0, 0, 0)
+    assert reader.told["home"] == "studio"
+    assert reader.told["messages"] == [list(map(_listed, row)) for row in schema.MESSAGES]
+
+
+def _listed(part):
+    return [_listed(item) for item in part] if isinstance(part, tuple) else part
+
+
+@given(frames, st.data())
+def test_a_writer_killed_at_any_byte_loses_its_last_record_only(items, data):
+    log, records = written(items)
+    head = len(LogWriter().head())
+    cut = data.draw(st.integers(head, len(log)))
+    reader, found = read(log[:cut])
+    assert found == records[:len(found)] and reader.damaged == 0
+    assert len(written(items[:len(found)])[0]) + reader.left_over == cut
+
+
+def test_a_marker_stands_in_every_64_kilobytes():
+    data, _ = long_log()
+    places, at = [], data.find(MARK)
+    while at >= 0:
+        places.append(at)
+        at = data.find(MARK, at + 1)
+    assert len(places) >= 3
+    assert all(b - a <= MARK_EVERY_BYTES for a, b in zip(places, [*places[1:], len(data)], strict=True))
+
+
+LONG, LONG_RECORDS = long_log()
+
+
+@given(st.integers(len(LogWriter().head()), len(LONG) - 1), st.integers(1, 255), st.integers(1, 70000))
+def test_damage_costs_what_lies_before_the_next_marker(place, flip, size):
+    spoilt = bytearray(LONG)
+    spoilt[place] ^= flip
+    reader, found = read(bytes(spoilt), size)
+    assert reader.damaged == 1 or found == LONG_RECORDS  # a flipped byte of a marker behind no damage costs a stretch, too
+    known = set(LONG_RECORDS)
+    assert all(record in known for record in found), "nothing is invented, no time is shifted"
+    last_mark = LONG.rfind(MARK)
+    if place < last_mark:
+        assert found[-1] == LONG_RECORDS[-1] and reader.lost == len(LONG_RECORDS) - len(found)
+
+
+@given(st.binary(max_size=3000))
+def test_any_bytes_behind_the_head_are_survived(noise):
+    head = len(LogWriter().head()) - len(LogWriter().marker())  # the long log's own first marker follows the noise
+    reader, found = read(LONG[:head] + noise + LONG[head:])
+    assert found == LONG_RECORDS and reader.damaged == bool(noise)
+
+
+@pytest.mark.parametrize("data, sentence", [
+    (b"PK\x03\x04 something else", "no log of a TVSLAM link"),
+    (MAGIC + b"\xff\xff\xff\xff", "claims a length"),
+    (MAGIC + b"\x02\0\0\0{}\0\0\0\0", "check sum is wrong"),
+])
+def test_another_file_is_named(data, sentence):
+    with pytest.raises(LogError, match=sentence):
+        LogReader().feed(data)

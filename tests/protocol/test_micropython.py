@@ -1,0 +1,59 @@
+# The same code inside the MicroPython VM, with the heap locked: it allocates
+# nothing, raises nothing, and does what CPython does.
+
+import pytest
+
+from protocol import schema
+from protocol.messages import BY_NAME
+from tests.protocol.messages import corrupted, raw_frame, seeded, some_frame, wire
+from tests.upy import run
+
+BOOT_ID = 4711
+
+
+def test_the_lock_holds():
+    with pytest.raises(AssertionError, match="MemoryError"):
+        run.script("tests.upy.allocates")
+
+
+def test_round_trips_and_crc_with_the_heap_locked():
+    here, there = (run.script("tests.upy.codec_crc", python=python) for python in (True, False))
+    assert here == there and int(there.split()[1]) > 5000
+
+
+@pytest.mark.parametrize("megabytes", [1, pytest.param(100, marks=pytest.mark.soak)])
+def test_random_bytes_raise_nothing_and_allocate_nothing(megabytes):
+    here, there = (run.script("tests.upy.random_bytes", megabytes, 7, python=python, timeout_s=600) for python in (True, False))
+    assert here == there
+
+
+def stream_of(rng, count):
+    # Good frames, hit frames, noise, unknown ids, other epochs, bodies out of bounds, a second welcome.
+    parts = [wire(raw_frame(0x02, BY_NAME["WELCOME"](1, BOOT_ID, 0, 0).pack(), schema.VERSION))]
+    for seq in range(count):
+        good = wire(some_frame(rng, seq=seq & 255))
+        what = rng.randrange(12)
+        if what == 0:
+            good = corrupted(rng, good)
+        elif what == 1:
+            good = rng.randbytes(rng.randrange(300)) + good
+        elif what == 2:
+            good = wire(raw_frame(rng.randrange(256), rng.randbytes(rng.randrange(97)), schema.VERSION | 1 << 5))
+        elif what == 3:
+            good = wire(some_frame(rng, epoch=rng.randrange(4)))
+        elif what == 4:
+            good = wire(raw_frame(0x50, rng.randbytes(6), schema.VERSION | 1 << 5))
+        elif what == 5 and rng.random() < 0.1:
+            good = wire(raw_frame(0x02, BY_NAME["WELCOME"](1, BOOT_ID, 3, 4).pack(), schema.VERSION))
+        parts.append(good)
+    return b"".join(parts)
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_one_stream_one_trace_on_both_runtimes(tmp_path, seed):
+    path = tmp_path / "stream.bin"
+    path.write_bytes(stream_of(seeded(seed), 700))
+    here, there = (run.script("tests.upy.link_stream", path, BOOT_ID, python=python) for python in (True, False))
+    assert here == there
+    words = there.split()
+    assert int(words[3]) > 400 and int(words[5]) > 20 and words[7] == "1"
