@@ -37,6 +37,8 @@ _FIX_MM = 100         # two fixes are at least that far apart
 _FIX_EVERY_MM = 1500
 _TOLERANCE_MM = 150
 _OVERLAP_MM = 1200    # walked twice to measure the closure error
+_STRAYS_MAX = 8
+_PAST_MM = 1000
 _PATH_MAX_MM = 1500000
 _IMAGE_BYTES = 64     # of the map's CRC a tick
 
@@ -86,6 +88,7 @@ class Tvslam:
         self._threshold_mm = 160
         self._first_vector = 0    # of the barrier that is followed
         self._first_chain = 0
+        self._strays = 0          # loops round islands cut out of the present barrier
         self._last_fix_mm = 0
         self._last_corners = 0
         self._last_state = 0
@@ -151,6 +154,7 @@ class Tvslam:
         self._first_chain = self.vectors.chains
         self.crumbs.clear(o.path_mm, o.turn_bam)
         self.walls.kind = OUTLINE
+        self._strays = 0
 
     def _map(self, x_mm, y_mm):
         e = self.explorer
@@ -213,6 +217,17 @@ class Tvslam:
             e.closing = True
             return
         self.walls.finish()
+        crumbs = self.crumbs
+        at = crumbs.vectors[crumbs.closed_at]
+        loop_mm = crumbs.loop_mm()
+        if at > first + 1 and self._strays < _STRAYS_MAX:
+            # The robot strayed from one barrier to an island near it and went round that. Cut the loop
+            # out, and take no narrow gap until past the place, so that both are one barrier this time.
+            self._strays += 1
+            v.split(at + 2, BARRIER | SEARCHED)
+            crumbs.excise()
+            e.be_wary(loop_mm + _PAST_MM)
+            return
         v.seal(first, self._first_chain, BARRIER | SEARCHED)
         e.leave()
 

@@ -31,16 +31,17 @@ class Braille:
         x0, y0, x1, y1 = clipped
         steps = max(1, int(max(abs(x1 - x0), abs(y1 - y0)) + 0.5))
         dx, dy = (x1 - x0) / steps, (y1 - y0) / steps
+        x0, y0 = x0 + 0.5, y0 + 0.5     # clipped to -0.5 and more: int() rounds from here
         for i in range(steps + 1):
-            self.dot(math.floor(x0 + dx * i + 0.5), math.floor(y0 + dy * i + 0.5))
+            self.dot(int(x0 + dx * i), int(y0 + dy * i))
+
+    def cells(self):
+        """The dots of each line as bytes, one a character (added to U+2800), the top line first."""
+        return [bytes(self._cells[row * self.columns:(row + 1) * self.columns]) for row in range(self.rows - 1, -1, -1)]
 
     def lines(self):
         """The picture as strings of equal length, the top one first."""
-        out = []
-        for row in range(self.rows - 1, -1, -1):
-            cells = self._cells[row * self.columns:(row + 1) * self.columns]
-            out.append("".join(chr(_BLANK + c) for c in cells))
-        return out
+        return ["".join([chr(_BLANK + cell) for cell in line]) for line in self.cells()]
 
 
 class View:

@@ -3,10 +3,12 @@
 `with running_core("unix", "192k") as port:` yields the TerminalPort on which it speaks.
 """
 
+import argparse
 import contextlib
 import importlib.util
 import os
 import pty
+import re
 import shutil
 import sys
 import tty
@@ -32,7 +34,13 @@ class TargetError(CoreError):
 def add_arguments(parser):
     parser.add_argument("--target", default="unix", metavar="TARGET",
                         help="unix (default): the MicroPython VM; cpython; or port:DEVICE, a core that already runs there")
-    parser.add_argument("--heap", default="192k", metavar="SIZE", help="heap of the MicroPython VM (default 192k)")
+    parser.add_argument("--heap", type=heap_size, default="192k", metavar="SIZE", help="heap of the MicroPython VM (default 192k)")
+
+
+def heap_size(text):
+    if not re.fullmatch(r"[1-9][0-9]{0,8}[kKmM]?", text):
+        raise argparse.ArgumentTypeError("'%s' is no size: give bytes, or as in 192k or 1m" % text)
+    return text
 
 
 def packages_folder():

@@ -165,13 +165,13 @@ class MissionBuilder:
             self._chunks[m["offset"]] = bytes(m["data"])
 
     def _map(self):
-        """The map's bytes if all of them came and their checksum fits."""
+        """The map's bytes if all of them came and they end with the checksum that was announced for them."""
         if self._info is None:
             return None
         data = bytearray()
         while len(data) in self._chunks and self._chunks[len(data)]:
             data += self._chunks[len(data)]
-        crc = zlib.crc32(data)
+        crc = zlib.crc32(data[:-4])
         whole = len(data) == self._info["size"] and (self._info["crc_lo"], self._info["crc_hi"]) == (crc & 0xFFFF, crc >> 16)
         return bytes(data) if whole else None
 

@@ -9,6 +9,7 @@ from protocol.messages import BY_ID, MessageError
 
 CHUNK_BYTES = 1 << 20
 HEADER_BYTES = 5  # CTL SEQ ACK ID LEN
+CRC_BYTES = 4
 TRUTH = np.dtype([("step", "<u4"), ("x_m", "<f8"), ("y_m", "<f8"), ("heading_rad", "<f8")])
 
 WANTED = frozenset((
@@ -60,7 +61,7 @@ def _take(builder, t_us, frame):
     if message is None or message.NAME not in WANTED:
         return
     try:
-        fields = message.unpack(frame[HEADER_BYTES:HEADER_BYTES + frame[4]])
+        fields = message.unpack(frame[HEADER_BYTES:-CRC_BYTES])
     except MessageError:
         return  # its CRC is right, so it is of another schema: a log must not bring its reader down
     if message.NAME == "STEP":

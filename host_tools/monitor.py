@@ -13,7 +13,7 @@ from host_tools.monitor_rows import plain_line, store_rows, summary
 from host_tools.monitor_session import EXIT_OK, MonitorSession, WatchEnded, end_of_mission
 from host_tools.terminal_port import PortError, TerminalPort
 
-READ_EVERY_S = 0.005    # a pty holds 4 KB, a mission at 100 times real time passes 300 KB/s
+READ_EVERY_S = 0.01     # a pty holds 4 KB, a mission at 100 times real time passes 300 KB/s
 EXIT_USAGE = 2
 
 

@@ -16,7 +16,7 @@ from textual.widgets import Footer, Static
 from host_tools import monitor_rows as rows
 from host_tools.monitor_session import EXIT_OK, WatchEnded, end_of_mission
 
-PUMP_EVERY_S = 0.005    # a pty holds 4 KB: read it far more often than the screen is drawn
+PUMP_EVERY_S = 0.01     # a pty holds 4 KB: read it more often than the screen is drawn
 ZOOMS = (1.0, 2.0, 4.0, 8.0)
 SIDE_COLUMNS = 50
 LABEL_COLUMNS = 12

@@ -5,13 +5,14 @@ is a list of lines, a line a list of (text, kind) runs, kind one of "blank", "wa
 "path", "robot", "anchor", "beam", "body".
 """
 
+import itertools
 import math
 
 from host_tools.braille import Braille, View
 
 _BLOCKS = " ▏▎▍▌▋▊▉█"
 _ARROWS = "→↗↑↖←↙↓↘"
-_BLANK = chr(0x2800)
+_BLANK = 0x2800
 _LINK_FAULTS = ("bad_cobs", "bad_crc", "bad_length", "bad_header", "bad_id", "bad_value", "overrun")
 
 
@@ -145,7 +146,7 @@ def infrared_picture(state, columns=21, rows=10):
         near, far = 0.12, 0.12 + beam_m(count)
         beams.line(x0 + near * scale * math.cos(angle), y0 + near * scale * math.sin(angle),
                    x0 + far * scale * math.cos(angle), y0 + far * scale * math.sin(angle))
-    return _runs(((beams.lines(), "beam"), (raster.lines(), "body")))
+    return _runs(((beams, "beam"), (raster, "body")))
 
 
 def beam_m(count):
@@ -170,27 +171,33 @@ def map_picture(state, columns, rows, zoom=1.0):
     robot = state.position_m()
     if robot is not None:
         marks[view.cell(*robot)] = (_ARROWS[round(state.heading_rad() / math.tau * 8) % 8], "robot")
-    return _runs(((walls.lines(), "wall"), (path.lines(), "path")), marks)
+    marks.pop(None, None)   # outside the picture
+    return _runs(((walls, "wall"), (path, "path")), marks)
 
 
 def _runs(layers, marks=None):
-    """Layers of braille lines as one picture: dots add up, the first layer with a dot names the kind."""
+    """Two layers (raster, kind) as one picture: dots add up, the first layer with a dot names the kind."""
     marks = marks or {}
+    kinds = [kind for _, kind in layers]
     picture = []
-    for row, lines in enumerate(zip(*(layer[0] for layer in layers))):
-        runs = []
-        for column, cells in enumerate(zip(*lines)):
-            kind = next((layers[i][1] for i, cell in enumerate(cells) if cell != _BLANK), "blank")
-            dots = 0
-            for cell in cells:
-                dots |= ord(cell) - 0x2800
-            text, kind = marks.get((column, row), (chr(0x2800 + dots) if dots else " ", kind))
-            if runs and runs[-1][1] == kind:
-                runs[-1] = (runs[-1][0] + text, kind)
-            else:
-                runs.append((text, kind))
-        picture.append(runs)
+    for row, cells in enumerate(zip(*(raster.cells() for raster, _ in layers))):
+        dots = [a | b for a, b in zip(*cells)]
+        names = [kinds[0] if a else kinds[1] if b else "blank" for a, b in zip(*cells)]
+        text = [chr(_BLANK + cell) if cell else " " for cell in dots]
+        for (column, mark_row), (mark, kind) in marks.items():
+            if mark_row == row:
+                text[column], names[column] = mark, kind
+        picture.append([("".join(text[start:end]), name) for name, start, end in _groups(names)])
     return picture
+
+
+def _groups(names):
+    """Runs of equal names as (name, start, end)."""
+    start = 0
+    for name, group in itertools.groupby(names):
+        end = start + len(list(group))
+        yield name, start, end
+        start = end
 
 
 def plain_line(state):

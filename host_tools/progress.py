@@ -14,7 +14,7 @@ class Progress:
         self.stream = stream or sys.stderr
         self.live = self.stream.isatty()
         self._shown = False
-        self._last_s = time.monotonic()
+        self._next_s = 0.0
 
     def show(self, event):
         """One "progress" event of the virtual robot."""
@@ -24,8 +24,8 @@ class Progress:
             self.stream.write("\r\x1b[K" + line(event)[:width])
             self.stream.flush()
             self._shown = True
-        elif now - self._last_s >= PLAIN_EVERY_S:
-            self._last_s = now
+        elif now >= self._next_s:
+            self._next_s = now + PLAIN_EVERY_S
             print(line(event), file=self.stream, flush=True)
 
     def note(self, text):

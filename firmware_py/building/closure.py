@@ -5,7 +5,7 @@ from ..fixed import polar, isqrt, sine, cosine
 from ..storage.vector_store import CHAIN_END
 
 _FIRST = 16           # vectors at the outline's start that the overlap is compared with
-_NEAR_MM = 300
+_NEAR_MM = 200
 _PRIOR = 3            # weight of "no error" in directions that no wall was seen across
 _SLICE = 24           # vertices a tick, so that a tick stays short
 _SMALL_MM = 8         # not worth moving a map for
@@ -107,8 +107,8 @@ class Closure:
         self.before_mm = isqrt(self._ex * self._ex + self._ey * self._ey)
         rest = sums[5] // self.samples - ((self._ex * (sums[3] // self.samples) + self._ey * (sums[4] // self.samples)) >> 10)
         self.after_mm = isqrt(rest) if rest > 0 else 0
-        if self.before_mm < _SMALL_MM:
-            self._ex = self._ey = 0
+        if self.before_mm < _SMALL_MM or self.after_mm * 2 > self.before_mm:
+            self._ex = self._ey = 0  # nothing to spread, or the two passes do not tell of one shift
 
     def cancel(self):
         self._ex = self._ey = 0

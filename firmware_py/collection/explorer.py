@@ -26,6 +26,10 @@ _FRONT_MM = 50           # free way left when FIND_WALL calls it a wall
 _SPIRAL_MM = 20000       # straight that far without a wall: spiral
 _ARC_BAM = 72818         # 400 degrees of arc without a wall
 _BOXED_TICKS = 400       # 8 s
+_WATCH_TICKS = 150       # 3 s: less than 4 cm in that time is dithering before a gap
+_WATCH_MM = 40
+_WARY_MM = 24            # wary: every gap under 45 cm is a wall
+_WARY_PATH_MM = 1500
 _BUMP_TICKS = 500        # 10 s
 _BUMPS_MAX = 8
 _STUCK_MAX = 6
@@ -63,6 +67,9 @@ class Explorer:
         self._course_turn = 0     # unwrapped heading that FIND_WALL keeps
         self._ticks = 0
         self._boxed = 0
+        self._wary_to_mm = 0      # path up to which no narrow passage is entered
+        self._watch_tick = 0
+        self._watch_mm = 0
         self._recent_tick = 0
         self._recent_bumps = 0
         self._bump_held = False
@@ -141,6 +148,11 @@ class Explorer:
         if self._squeeze_q4:
             self._squeeze_q4 -= 1
         f.disc_mm = self._disc_mm + (self._squeeze_q4 >> 4)
+        f.tight_mm = f.body_mm + 4
+        self._watch(tick)
+        if o.path_mm < self._wary_to_mm:
+            f.disc_mm += _WARY_MM
+            f.tight_mm = f.disc_mm
         heading = f.solve()
         if heading == BOXED_IN:
             self.motion.stop()
@@ -166,6 +178,22 @@ class Explorer:
             self._align(heading)
         else:
             self._mode()
+
+    def _watch(self, tick):
+        # A gap that is just passable can look open and shut in turn. Decide: it is shut, for a while.
+        o = self._odometry
+        if tick - self._watch_tick < _WATCH_TICKS:
+            return
+        if o.path_mm - self._watch_mm < _WATCH_MM and not self._boxed:
+            if o.path_mm < self._wary_to_mm:
+                self._hits.clear()
+                self._got_stuck(tick)
+            self.be_wary(_WARY_PATH_MM)
+        self._watch_tick = tick
+        self._watch_mm = o.path_mm
+
+    def be_wary(self, path_mm):
+        self._wary_to_mm = self._odometry.path_mm + path_mm
 
     def _align(self, heading):
         f = self._follower

@@ -33,6 +33,7 @@ class Follower:
         self.reference_bearing = 0
         self.reference_mm = 0
         self.body_mm = 170
+        self.tight_mm = 174   # a passage that this disc fits through is entered; disc_mm or more: none is
         self.disc_mm = 200
         self._error = 0
 
@@ -82,10 +83,12 @@ class Follower:
             return NO_WALL
         disc = self.disc_mm
         wide = self._scan(disc)
-        tight = self._scan(self.body_mm + 4)
+        if disc <= self.tight_mm:
+            return wide
+        tight = self._scan(self.tight_mm)
         # A narrow passage: the standing disc turns away where the body would pass.
         # Shrink until both agree; that centres the robot.
-        while (wide - tight > _NARROW or tight - wide > _NARROW) and disc > self.body_mm + 4:
+        while (wide - tight > _NARROW or tight - wide > _NARROW) and disc > self.tight_mm:
             disc -= _SHRINK_MM
             wide = self._scan(disc)
         return wide

@@ -32,7 +32,7 @@ class Odometry:
         self._rest_x = 0
         self._rest_y = 0
 
-    def begin(self, x_um, y_um, heading_bam, wheel_um, track_um, pulses, midpoint):
+    def begin(self, x_um, y_um, heading_bam, wheel_um, track_um, pulses, midpoint=1):
         # Paper eq. 2: 2 pi R / N a pulse, with pi = 355/113.
         self._um_q12 = ratio(wheel_um * 355, 113, pulses, 12)
         # 65536 / (2 pi) * 2 pi R / (N W): pi cancels.

@@ -37,6 +37,7 @@ class Breadcrumbs:
         self.closed_at = 0
         self._spacing_mm = _SPACING_MM
         self._start_mm = 0
+        self._last_path = 0
         self._next_mm = 0
         self._start_turn = 0
         self._cursor = 0
@@ -54,6 +55,7 @@ class Breadcrumbs:
         # -> OPEN, OUTLINE_CLOSED or ISLAND_CLOSED with the crumb in closed_at.
         turn = (turn_bam - self._start_turn) >> 8
         path = (path_mm - self._start_mm) // 10
+        self._last_path = path
         if path_mm >= self._next_mm:
             self._drop(x_mm, y_mm, heading_bam, turn, path, vectors, path_mm)
         if tolerance_mm < self._spacing_mm * 6 // 10:
@@ -83,6 +85,16 @@ class Breadcrumbs:
                 self.closed_at = i
                 return OUTLINE_CLOSED if wound > 0 else ISLAND_CLOSED
         return OPEN
+
+    def loop_mm(self):
+        # Length of the loop that closed.
+        return (self._last_path - self._paths[self.closed_at]) * 10
+
+    def excise(self):
+        # Forget the loop that closed (-360 degrees of winding): the robot stands where it began.
+        self.used = self.closed_at + 1
+        self._cursor = 0
+        self._start_turn -= 65536
 
     def _drop(self, x_mm, y_mm, heading_bam, turn, path, vectors, path_mm):
         if self.used == CRUMBS_MAX:

@@ -94,11 +94,39 @@ class VectorStore:
             return self.firsts[c] if self.counts[c] < 255 else i + 1
         return self.firsts[c] if self.kinds[c] & SEARCHED else -1
 
+    def split(self, at, kind):
+        # The records from `at` on become chains of their own, of this kind; what was before ends there.
+        if at >= self.used or at == 0:
+            return
+        c = self.chain_of(at)
+        n = self.firsts[c] + self.counts[c] - at
+        if n < self.counts[c]:
+            if self.chains == CHAINS_MAX:
+                self.chains_lost = (self.chains_lost + 1) & 0xFFFF
+                return
+            i = self.chains
+            while i > c + 1:
+                self.firsts[i] = self.firsts[i - 1]
+                self.counts[i] = self.counts[i - 1]
+                self.kinds[i] = self.kinds[i - 1]
+                i -= 1
+            self.chains += 1
+            self.counts[c] -= n
+            c += 1
+            self.firsts[c] = at
+            self.counts[c] = n
+            self.flags[at - 1] |= CHAIN_END
+        while c < self.chains:
+            self.kinds[c] = kind
+            c += 1
+        self.generation = (self.generation + 1) & 0xFFFF
+
     def seal(self, first, chain, kind):
         # The records from `first` on are a whole barrier of this kind. If they are one chain whose ends
         # meet, it closes: its last vertex leads back to the first.
         for c in range(chain, self.chains):
-            self.kinds[c] = kind
+            if not self.kinds[c] & SEARCHED:  # one cut off on the way has its kind
+                self.kinds[c] = kind
         last = self.used - 1
         if chain + 1 == self.chains and last > first + 1:
             dx = self.xs[last] - self.xs[first]

@@ -84,7 +84,7 @@ def living_room_of_the_flat(plan):
     # dining table on legs with four chairs, one of them pulled out and turned
     plan.put_legs(1.75, 2.1, 1.4, 0.85, leg=0.07)
     plan.put_legs(1.4, 3.0, 0.49, 0.49, leg=0.04)
-    plan.put_legs(2.55, 1.2, 0.49, 0.49, leg=0.04, deg=35)
+    plan.put_legs(2.42, 1.2, 0.49, 0.49, leg=0.04, deg=35)
     # sofa, coffee table, armchair, television board, plant in the corner
     plan.put(4.3, 0.85, 5.25, 2.65)
     plan.put_turned(3.55, 1.65, 0.55, 0.95, 0)

@@ -16,7 +16,7 @@ UM_A_PULSE = math.pi * WHEEL_UM / PULSES
 
 def made(x_um=0, y_um=0, heading_bam=0, kind=Odometry):
     odometry = kind()
-    odometry.begin(x_um, y_um, heading_bam, WHEEL_UM, TRACK_UM, PULSES)
+    odometry.begin(x_um, y_um, heading_bam, WHEEL_UM, TRACK_UM, PULSES, 1)
     return odometry
 
 

@@ -25,7 +25,7 @@ PARAMETER_IDS = {row[0]: i for i, row in enumerate(parameters.PARAMETERS)}
 def frame(name, fields):
     message = BY_NAME[name]
     body = message(**fields).pack()
-    raw = bytes([0, 0, 0, message.ID, len(body)]) + body
+    raw = bytes([1 | message.DIRECTION << 2, 0, 0, message.ID, 5 + len(body) + 4]) + body
     return raw + struct.pack("<I", zlib.crc32(raw))
 
 
@@ -107,7 +107,7 @@ class SyntheticMission:
                  steps_lo=0xBEEF, steps_hi=0x00AD, map_lo=0x0002, map_hi=0x1000, closure_before_mm=123, closure_after_mm=4,
                  bumps=2, path_mm=8000, heap_bytes=heap_bytes, heap_used_bytes=heap_bytes // 2, heap_locked=1, allocated_after_boot_bytes=0)
         if map_bytes is not None:
-            crc = zlib.crc32(map_bytes)
+            crc = zlib.crc32(map_bytes[:-4])  # the map's own, which ends it
             self.say("MAP_INFO_RSP", generation=1, size=len(map_bytes), crc_lo=crc & 0xFFFF, crc_hi=crc >> 16)
             for offset in range(0, len(map_bytes), 88):
                 if offset != drop_chunk:

@@ -51,3 +51,30 @@ def test_a_file_that_cannot_be_written(tmp_path, capsys):
     with CoreDriver() as core:
         code = cli.main(["budget", "--target", "port:" + core.path, "--json", str(tmp_path / "no" / "b.json")])
     assert code == 2 and "cannot be written: no such file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("target", ["unix", "cpython"])
+def test_the_real_core_says_what_it_costs(target, micropython, tmp_path, capsys):
+    assert cli.main(["budget", "--target", target, "--json", str(tmp_path / "b.json")]) == 0
+    numbers = json.loads((tmp_path / "b.json").read_text())
+    stores = {store["name"]: store for store in numbers["stores"]}
+    assert {"vectors", "chains", "points"} <= set(stores) and len(stores) == len(numbers["stores"])
+    assert stores["vectors"]["bytes"] >= 458 * 6       # Paper Fig. 7 has 458 vectors
+    assert 0 < numbers["stores_bytes"] < numbers["paper_bytes"]
+    if target == "unix":
+        assert numbers["heap_used_bytes"] < numbers["heap_bytes"] <= 192 * 1024
+        assert numbers["heap_locked"] is True and numbers["allocated_after_boot_bytes"] == 0
+    else:
+        assert numbers["heap_bytes"] is None
+
+
+def test_a_heap_too_small_to_boot_is_the_cores_own_sentence(micropython, capsys):
+    assert cli.main(["budget", "--target", "unix", "--heap", "40k"]) == 3
+    err = capsys.readouterr().err
+    assert "the heap is too small to boot: give at least" in err and err.count("\n") == 1
+
+
+def test_a_heap_that_is_no_size(capsys):
+    with pytest.raises(SystemExit) as left:
+        cli.main(["budget", "--heap", "lots"])
+    assert left.value.code == 2 and "'lots' is no size" in capsys.readouterr().err

@@ -8,6 +8,7 @@ import select
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import tty
@@ -19,18 +20,39 @@ from host_tools.export import FILES
 from tests.host_tools.test_hil_processes import alive, wait_until
 from tests.host_tools.test_result import expect_all_keys
 
-HOME = "studio"
+SHIPPED = "studio"
+# An L-shaped room with a column near the way, small enough for a mission of a minute of robot time.
+SMALL = {"name": "small", "units": "m", "outline": [[0, 0], [3.2, 0], [3.2, 1.6], [1.8, 1.6], [1.8, 2.6], [0, 2.6]],
+         "obstacles": [[[1.1, 0.9], [1.3, 0.9], [1.3, 1.1], [1.1, 1.1]]], "rooms": [], "start": [0.5, 1.5]}
 
 
-def hil(project, *argv, **options):
-    return subprocess.Popen([sys.executable, "-m", "host_tools", "hil", *argv], cwd=project, stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, start_new_session=True, **options)
+@pytest.fixture
+def small(tmp_path):
+    path = tmp_path / "small.json"
+    path.write_text(json.dumps(SMALL))
+    return str(path)
+
+
+def hil(project, *argv):
+    """The command as a process; what it says goes to files, so that a test can look while it runs."""
+    out, err = tempfile.TemporaryFile(), tempfile.TemporaryFile()
+    process = subprocess.Popen([sys.executable, "-m", "host_tools", "hil", *argv], cwd=project, stdout=out, stderr=err,
+                               start_new_session=True)
+    process.said = lambda: tuple(os.pread(file.fileno(), 1 << 20, 0).decode() for file in (out, err))
+    return process
 
 
 def finish(process, seconds=100):
-    out, err = process.communicate(timeout=seconds)
+    process.wait(seconds)
+    out, err = process.said()
     assert "Traceback" not in out + err, out + err
     return process.returncode, out, err
+
+
+def wait_until_driving(process):
+    """The first line of progress has been shown, and a second of the mission has passed."""
+    wait_until(lambda: "robot " in process.said()[1], 60)
+    time.sleep(1.2)
 
 
 def children_of(pid):
@@ -39,11 +61,11 @@ def children_of(pid):
 
 
 @pytest.fixture
-def underway(project, tmp_path):
+def underway(project, tmp_path, small):
     """A mission in real time that has begun, its result file and the processes it started."""
     result = tmp_path / "r.json"
-    process = hil(project, HOME, "--target", "cpython", "--realtime", "--json", str(result), "--log", str(tmp_path / "log"))
-    wait_until(lambda: (tmp_path / "log").exists() and (tmp_path / "log").stat().st_size > 65536, 60)
+    process = hil(project, small, "--target", "cpython", "--realtime", "--json", str(result))
+    wait_until_driving(process)
     children = children_of(process.pid)
     assert len(children) == 2
     yield process, result, children
@@ -62,13 +84,13 @@ def by_command(children, word):
 
 def test_a_mission_is_run_scored_and_kept(project, tmp_path):
     out, kept = tmp_path / "out", tmp_path / "deep" / "r.json"
-    code, said, _ = finish(hil(project, HOME, "--target", "cpython", "--out", str(out), "--json", str(kept)))
+    code, said, _ = finish(hil(project, SHIPPED, "--target", "cpython", "--out", str(out), "--json", str(kept)))
     result = json.loads(kept.read_text())
     expect_all_keys(result)
     assert code == 0 and result["finished"] is True, result["reason"]
     assert json.loads((out / "result.json").read_text()) == result
     assert {path.name for path in out.iterdir()} == set(FILES)
-    assert (result["home"], result["target"], result["seed"]) == (HOME, "cpython", 1)
+    assert (result["home"], result["target"], result["seed"]) == (SHIPPED, "cpython", 1)
     assert result["map"]["stored_bytes"] == (out / "map.bin").stat().st_size
     assert result["map"]["outline_precision_5cm"] > 0.9 and result["map"]["outline_recall_5cm"] > 0.9
     collection = json.loads((out / "map.geojson").read_text())
@@ -82,22 +104,22 @@ def test_a_mission_is_run_scored_and_kept(project, tmp_path):
     assert "finished" in said and result["hash"]["steps"] in said
 
 
-def test_the_same_seed_gives_the_same_mission_and_another_another(project, tmp_path):
+def test_the_same_seed_gives_the_same_mission_and_another_another(project, small, tmp_path):
     results = []
     for number, seed in enumerate((3, 3, 4)):
         path = tmp_path / ("%d.json" % number)
-        finish(hil(project, HOME, "--target", "cpython", "--seed", str(seed), "--json", str(path)))
+        finish(hil(project, small, "--target", "cpython", "--seed", str(seed), "--json", str(path)))
         results.append(json.loads(path.read_text()))
     first, again, other = results
     assert first["hash"] == again["hash"] and first["localisation"] == again["localisation"] and first["map"] == again["map"]
     assert first["hash"]["steps"] != other["hash"]["steps"]
 
 
-def test_in_micropython_with_its_heap_locked_the_mission_is_the_same(project, tmp_path, micropython):
+def test_in_micropython_with_its_heap_locked_the_mission_is_the_same(project, small, tmp_path, micropython):
     results = []
     for target in ("unix", "cpython"):
         path = tmp_path / (target + ".json")
-        code, _, err = finish(hil(project, HOME, "--target", target, "--json", str(path)))
+        code, _, err = finish(hil(project, small, "--target", target, "--json", str(path)))
         assert code == 0, err
         results.append(json.loads(path.read_text()))
     unix, cpython = results
@@ -109,9 +131,9 @@ def test_in_micropython_with_its_heap_locked_the_mission_is_the_same(project, tm
 
 
 @pytest.mark.parametrize("heap", ["12k", "40k"])
-def test_a_heap_too_small_is_said_in_one_sentence(project, tmp_path, micropython, heap):
+def test_a_heap_too_small_is_said_in_one_sentence(project, small, tmp_path, micropython, heap):
     kept = tmp_path / "r.json"
-    code, _, err = finish(hil(project, HOME, "--target", "unix", "--heap", heap, "--json", str(kept)))
+    code, _, err = finish(hil(project, small, "--target", "unix", "--heap", heap, "--json", str(kept)))
     assert code == 3
     sentence = [line for line in err.splitlines() if line.startswith("host_tools hil:")]
     assert len(sentence) == 1 and "heap" in sentence[0]
@@ -192,22 +214,21 @@ def board(project):
         os.close(core_end)
 
 
-def test_a_core_on_a_serial_port_gives_the_same_hashes(project, tmp_path):
+def test_a_core_on_a_serial_port_gives_the_same_hashes(project, small, tmp_path):
     path = tmp_path / "board.json"
     with board(project) as (port, _):
-        code, _, err = finish(hil(project, HOME, "--target", "port:" + port, "--json", str(path)))
+        code, _, err = finish(hil(project, small, "--target", "port:" + port, "--json", str(path)))
     assert code == 0, err
     over_port = json.loads(path.read_text())
-    finish(hil(project, HOME, "--target", "cpython", "--json", str(path)))
+    finish(hil(project, small, "--target", "cpython", "--json", str(path)))
     assert over_port["hash"] == json.loads(path.read_text())["hash"]
     assert over_port["target"] == "port:" + port
 
 
-def test_a_board_that_is_unplugged_in_use_is_named(project, tmp_path):
+def test_a_board_that_is_unplugged_in_use_is_named(project, small):
     with board(project) as (port, unplug):
-        log = tmp_path / "log"
-        process = hil(project, HOME, "--target", "port:" + port, "--realtime", "--log", str(log))
-        wait_until(lambda: log.exists() and log.stat().st_size > 65536, 60)
+        process = hil(project, small, "--target", "port:" + port, "--realtime")
+        wait_until_driving(process)
         begin = time.monotonic()
         unplug()
         code, _, err = finish(process, 30)

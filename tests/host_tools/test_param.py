@@ -92,3 +92,15 @@ def test_a_port_that_is_none(capsys, path, sentence):
 def test_a_target_that_is_none(capsys):
     assert cli.main(["param", "--target", "moon", "list"]) == 2
     assert "'moon' is no target: give cpython, unix or port:DEVICE" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("target", ["unix", "cpython"])
+def test_the_real_core_has_the_parameters_of_the_table(target, micropython, capsys):
+    from protocol.parameters import PARAMETERS
+    assert cli.main(["param", "--target", target, "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()[1:]
+    assert [line.split()[0].split("[")[0] for line in lines] == [row[0] for row in PARAMETERS]
+    assert cli.main(["param", "--target", target, "set", "speed_max", "250"]) == 0
+    assert "speed_max = 250 mm/s (was 300)" in capsys.readouterr().out
+    assert cli.main(["param", "--target", target, "set", "speed_max", "5000"]) == 2
+    assert "takes 50 to 1000 mm/s: 5000 was refused and 300 stays" in capsys.readouterr().err

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from protocol import codec, schema
 from protocol.messages import BY_ID, BY_NAME, MessageError
-from tests.protocol.messages import messages, size_of
+from tests.protocol.messages import message_of, messages, size_of
 
 BASE = 3  # bodies stand somewhere in a buffer, not at its beginning
 
@@ -30,8 +30,13 @@ def encoded(message_id, flat, items=0):
     return None if end < 0 else bytes(buf[BASE:end])
 
 
-@given(message=messages())
-def test_every_message_makes_the_round_trip_on_both_sides(message):
+ROWS = {row[1]: row for row in schema.MESSAGES}
+
+
+@pytest.mark.parametrize("name", ROWS)
+@given(data=st.data())
+def test_every_message_makes_the_round_trip_on_both_sides(name, data):
+    message = data.draw(message_of(ROWS[name]))
     body = message.pack()
     flat = message.values()
     items = len(message[-1]) if message.FIELDS[-1][1] == "*" else 0
@@ -44,6 +49,7 @@ def test_every_message_makes_the_round_trip_on_both_sides(message):
 
 def test_step_is_laid_out_as_everyone_believes():
     step = BY_NAME["STEP"](70000, -2, 3, (0, 1, 2, 3, 4, 5, 1022, 1023), 2500, 0x81, ((7, -6800, 1234), (8, -1, 65535)))
+    assert encoded(0x10, step.values(), 2) == step.pack()
     assert decoded(0x10, step.pack()) == [70000, -2, 3, 0, 1, 2, 3, 4, 5, 1022, 1023, 2500, 0x81, 2, 7, -6800, 1234, 8, -1, 65535]
     ir = sum(value << 10 * k for k, value in enumerate(step.ir)).to_bytes(10, "little")
     assert step.pack() == struct.pack("<Ihh", 70000, -2, 3) + ir + struct.pack("<HBBhHBhH", 2500, 0x81, 7, -6800, 1234, 8, -1, 65535)
@@ -100,6 +106,11 @@ def test_a_body_of_another_length_is_refused(data, message):
     if flat is not None:
         items = (len(cut) - head) // item
         assert encoded(message.ID, flat, items) == cut and flat[-1 - items * len(fields[-1][2])] == items
+
+
+def test_half_a_record_is_refused():
+    step = BY_NAME["STEP"](1, 2, 3, (4,) * 8, 5, 6, ((7, 8, 9), (1, 2, 3))).pack()
+    assert [size for size in range(len(step) + 1) if decoded(0x10, step[:size]) is not None] == [21, 26, 31]
 
 
 def test_encoding_refuses_what_the_schema_has_not():

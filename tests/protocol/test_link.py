@@ -199,6 +199,11 @@ def test_byte_by_byte_is_the_same():
     assert got[0] == got[2] == STATUS.ID and got[1] < 0
 
 
+def test_the_host_takes_no_message_that_is_its_own_to_send():
+    _, host = joined()
+    assert host.feed(wire(raw_frame(0x12, b"\1", schema.VERSION | 4 | 1 << 5))) == [] and host.counters[fr.BAD_ID] == 1
+
+
 def test_a_message_that_does_not_fit_is_not_sent():
     core, _ = joined()
     frames = core.counters[fr.FRAMES_OUT]

@@ -19,6 +19,7 @@ from protocol.messages import BY_NAME  # noqa: E402
 
 ID = {name: message.ID for name, message in BY_NAME.items()}
 MAP = bytes(range(256)) * 3
+MAP += zlib.crc32(MAP).to_bytes(4, "little")  # as the map's own layout ends
 
 
 class FakeCore:
@@ -138,7 +139,7 @@ class FakeCore:
     def on_map_info(self, v):
         if self.options.fault == "no_map":
             return self.send("ERROR", schema.ERROR_NOT_READY, ID["MAP_INFO"], 0)
-        crc = zlib.crc32(MAP) ^ (self.options.fault == "bad_map")
+        crc = zlib.crc32(MAP[:-4]) ^ (self.options.fault == "bad_map")
         self.send("MAP_INFO_RSP", 1, len(MAP), crc & 0xFFFF, crc >> 16)
 
     def on_map_read(self, v):

@@ -48,6 +48,8 @@ class Viewer:
             try:
                 data = os.read(self.fd, 65536)
             except OSError:
+                data = b""
+            if not data:
                 return found
             found += self.link.feed(data)
             time.sleep(0.002)  # the other half of a long write

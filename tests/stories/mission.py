@@ -6,10 +6,8 @@ from array import array
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-
 from firmware_py.pipeline import Tvslam
-from host_tools.map_file import CHAIN_COUNT_MAX, FLAG_CHAIN_END, Chain, VectorMap
+from host_tools.map_file import VectorMap, decode_map
 from host_tools.score import HomeTruth, score_map
 from protocol import states
 from protocol.parameters import PARAMETERS
@@ -47,24 +45,12 @@ def told(core, robot):
     return core
 
 
-def map_of(store):
-    """The core's vector store as the host's map, chains of over 255 records joined."""
-    chains = []
-    goes_on = False
-    for c in range(store.chains):
-        at = slice(store.firsts[c], store.firsts[c] + store.counts[c])
-        if goes_on:
-            part = chains.pop()
-            at = slice(part.start, at.stop)
-        goes_on = store.counts[c] == CHAIN_COUNT_MAX and not store.flags[at.stop - 1] & FLAG_CHAIN_END
-        chains.append(slice(at.start, at.stop) if goes_on else (at, store.kinds[c]))
-    made = []
-    for at, kind in (c for c in chains if isinstance(c, tuple)):
-        xy = np.column_stack([store.xs[at], store.ys[at]]) * 0.005
-        flags = np.array(store.flags[at])
-        made.append(Chain(kind & 3, bool(kind & 4), kind >> 3, xy, np.array(store.sigmas[at]), flags,
-                          len(xy) > 1 and not flags[-1] & FLAG_CHAIN_END))  # fmt: skip
-    return VectorMap(made)
+def map_of(core):
+    """The core's map as the bytes that it sends, read by the host."""
+    core.image.begin()
+    while not core.image.step(256):
+        pass
+    return decode_map(bytes(core.image.byte(i) for i in range(core.image.size)))
 
 
 @lru_cache(maxsize=None)
@@ -83,5 +69,5 @@ def drive_mission(home_name, seed=1, uwb="paper", odometry="calibrated", start=N
         robot.drive(core.left_mm_s, core.right_mm_s)
         if core.state != entered[-1]:
             entered.append(core.state)
-    vector_map = map_of(core.vectors)
+    vector_map = map_of(core)
     return Mission(core, robot, vector_map, score_map(HomeTruth(home), vector_map), entered, robot.tick * TICK_S)
