@@ -2,7 +2,7 @@
 
 from .building.closure import Closure
 from .building.walls import WallMapper
-from .collection.explorer import Explorer, CORNER_IN, CORNER_OUT, CLOSE_CHECK, FOLLOW, BUILD, FAILED, DONE
+from .collection.explorer import Explorer, CORNER_IN, CORNER_OUT, FOLLOW, BUILD, FAILED, DONE
 from .collection.follower import Follower
 from .collection.infrared import Infrared
 from .collection.ir_state import IrState

@@ -1,6 +1,6 @@
 # What the core tells without being asked: one small frame a step, each kind in its turn.
 
-from protocol.tables import POSE, STORE, VECTOR, POINT, LINK, MEMORY
+from protocol.tables import POSE, VECTOR, POINT, LINK, MEMORY
 
 from .inventory import STORES
 
@@ -8,9 +8,9 @@ _LINK_COUNTERS = 13
 
 
 class Telemetry:
-    # after_step() sends at most one frame, so that no step carries more than one:
-    # of five steps the first tells POSE (10 Hz), the others a store, a vector, link or memory, a point.
-    # New vectors and points go first, then all of them over again, so that a late viewer sees the whole map.
+    # after_step() sends at most one frame, so that no step carries more than one: of five steps the
+    # first tells POSE (10 Hz), the others what is new of vectors and points. Twice a second a vector goes
+    # out again, so that a late viewer sees the whole map; five times a second a store, or link and memory.
 
     def __init__(self, core, device):
         self._core = core
@@ -26,11 +26,15 @@ class Telemetry:
         if phase == 0:
             self._pose(step)
         elif phase == 1:
+            if step % 10 == 1:
+                return
             self._device.send_store(self._store)
             self._store = self._store + 1 if self._store + 1 < STORES else 0
         elif phase == 2:
-            self._next_vector()
+            self._next_vector(step % 25 == 2)
         elif phase == 3:
+            if step % 25 != 3:
+                return
             self._turn ^= 1
             if self._turn:
                 self._link()
@@ -60,14 +64,14 @@ class Telemetry:
         out[13] = core.explorer.bumps
         self._device.send(POSE)
 
-    def _next_vector(self):
+    def _next_vector(self, again):
         v = self._core.vectors
         if self._vector > v.used:
             self._vector = 0     # a stray was dropped: tell all again
         i = self._vector
         if i + 1 < v.used:
             self._vector = i + 1
-        elif v.used > 1:
+        elif again and v.used > 1:
             i = self._again if self._again < v.used else 0
             self._again = i + 1
         else:

@@ -13,7 +13,7 @@ PARAMETERS = (
     ("dock_heading", "BAM", 1, 0, 65535, 0),
     ("wheel_diameter", "um", 1, 20000, 200000, 72000),
     ("track", "um", 1, 80000, 600000, 235000),
-    ("pulses_per_turn", "pulse", 1, 16, 4096, 508),
+    ("pulses_per_turn", "pulse", 1, 64, 4096, 508),
     ("body_radius", "mm", 1, 60, 300, 170),
     ("ir_radius", "mm", 1, 0, 300, 120),
     ("ir_bearing", "BAM", 8, -32768, 32767, 0),

@@ -25,6 +25,9 @@ NAMES = (
     "GOTO", "FOLLOW_ISLAND", "SWEEP", "BUILD", "BUMP", "FAILED", "DONE", "STUCK", "LOST",
 )
 
+# STATUS_RSP.degraded, bit by bit: the store that ran full
+DEGRADED = ("vectors", "chains")
+
 # STATUS_RSP.reason
 REASON_NONE = 0
 REASON_CLOSED = 1           # the outline closed on itself

@@ -5,6 +5,7 @@ from ..fixed import polar, isqrt, sine, cosine
 _SAMPLES_MAX = 1000
 _EXTENT_MAX = 1000    # units of u; beyond it the unit doubles
 _OFFSET_MAX = 900     # mm of v
+_ALIGN_AT = 16        # samples (32 cm) after which the frame is turned onto the line
 
 
 class LineFit:
@@ -66,7 +67,32 @@ class LineFit:
         self.n += 1
         self.last_x = x
         self.last_y = y
+        if self.n == _ALIGN_AT and self._suu < 60000 and self._svv < 60000:
+            self._align()
         return True
+
+    def _align(self):
+        # Two samples 2 cm apart set the frame's direction, 1 mm of noise is 3 degrees there: over a
+        # long wall v would leave the frame, and sigma drown in it. Turn frame and sums (Q10) onto the line.
+        self.solve()
+        unit = self._shift
+        k = (self.cos_q14 * self._c + self.sin_q14 * self._s) >> 18
+        s = (self.sin_q14 * self._c - self.cos_q14 * self._s) >> 18
+        su = self._su
+        suu = self._suu
+        suv = self._suv
+        svv = self._svv >> unit
+        self._su = (k * su + (s * self._sv >> unit)) >> 10
+        self._sv = (k * self._sv - (s * su << unit)) >> 10
+        kk = k * k >> 10
+        ks = k * s >> 10
+        ss = s * s >> 10
+        self._suu = (kk * suu + (2 * ks * suv >> unit) + (ss * svv >> unit)) >> 10
+        self._suv = ((kk - ss) * suv - ks * ((suu << unit) - svv)) >> 10
+        svv = (kk * svv - 2 * ks * suv + (ss * suu << unit)) >> 10
+        self._svv = svv << unit if svv > 0 else 0
+        self._c = self.cos_q14
+        self._s = self.sin_q14
 
     def _orient(self, dx, dy):
         if dx > 9000 or dx < -9000 or dy > 9000 or dy < -9000:
@@ -124,7 +150,15 @@ class LineFit:
         self.point_y = self.first_y + ((along * self._s + mean_v * self._c) >> 14)
         # sigma^2 is the small eigenvalue over n (Paper eq. 6), here the rest across the line.
         suv //= n
-        rest = svv // n - (suv * slope >> 12 if -16000 < suv < 16000 else (suv >> 6) * (slope >> 6))
+        bits = 12
+        while suv > 16383 or suv < -16383:
+            suv >>= 1
+            bits -= 1
+        while slope > 32767 or slope < -32767:
+            slope >>= 1
+            bits -= 1
+        suv *= slope
+        rest = svv // n - (suv >> bits if bits >= 0 else suv << -bits)
         self.sigma_mm = isqrt(rest) if rest > 0 else 0
 
     def residual(self, x, y):

@@ -1,6 +1,6 @@
 # Direction control (Paper 3.1, Fig. 2): the state machine that drives the robot round the outline.
 
-from ..fixed import sine, cosine, clamp
+from ..fixed import sine, cosine
 from .follower import NO_WALL, BOXED_IN
 from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
@@ -64,7 +64,9 @@ class Explorer:
         self._resume = FIND_WALL
         self._leg_mm = 0          # path at the start of the present straight, arc or back-off
         self._leg_turn = 0
-        self._course_turn = 0     # unwrapped heading that FIND_WALL keeps
+        self._course_turn = 0     # unwrapped heading to keep: FIND_WALL's, or the follower's last
+        self._course_held = False
+        self._looked_turn = 0
         self._ticks = 0
         self._boxed = 0
         self._wary_to_mm = 0      # path up to which no narrow passage is entered
@@ -86,10 +88,13 @@ class Explorer:
         state = self.state
         self.started = False
         self.abandoned = False
-        f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam,
-               _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
-        self._infrared.erase(tick & 7, f, tick)
-        self._infrared.erase((tick + 4) & 7, f, tick)
+        if tick & 1:
+            f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam,
+                   _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
+            self._looked_turn = o.turn_bam
+        else:
+            self._infrared.erase(tick >> 1 & 7, f, tick)
+            self._infrared.erase((tick >> 1) + 4 & 7, f, tick)
         if state >= BUILD and state != BUMP and state != STUCK:
             self.motion.stop()
             return
@@ -100,6 +105,8 @@ class Explorer:
             self._back_off()
         elif state <= FIND_WALL:
             self._find_wall(ultrasonic_mm)
+            if state == INIT and tick > 1:
+                self.state = FIND_WALL
         else:
             self._roll(tick, ultrasonic_mm)
         self._bump_held = bump != 0
@@ -130,7 +137,6 @@ class Explorer:
         if self.state == INIT:
             self._start_leg()
             self._course_turn = o.turn_bam
-            self.state = FIND_WALL
         error = self._course_turn - o.turn_bam
         far = o.path_mm - self._leg_mm
         if f.gap_mm < _FRONT_MM and -3000 < error < 3000:
@@ -153,17 +159,23 @@ class Explorer:
         if o.path_mm < self._wary_to_mm:
             f.disc_mm += _WARY_MM
             f.tight_mm = f.disc_mm
+        if tick & 1:
+            # Looked only; the solution comes in the next tick, the course goes on.
+            if self._course_held:
+                self.motion.head(self._course_turn - o.turn_bam, f.gap_mm, ultrasonic_mm)
+            return
         heading = f.solve()
+        self._course_held = heading < NO_WALL
         if heading == BOXED_IN:
             self.motion.stop()
-            self._boxed += 1
+            self._boxed += 2
             if self._boxed > _BOXED_TICKS:
                 self._hits.clear()
                 self._boxed = 0
                 self._got_stuck(tick)
             return
         if self._boxed:
-            self._boxed -= 1
+            self._boxed -= 2
         if heading == NO_WALL:
             if self.state != CORNER_OUT:
                 self._start_leg()
@@ -173,6 +185,8 @@ class Explorer:
                 self.abandoned = True
                 self.leave()
             return
+        self._course_turn = self._looked_turn + heading
+        heading = self._course_turn - o.turn_bam
         self.motion.head(heading, f.gap_mm, ultrasonic_mm)
         if self.state == ALIGN:
             self._align(heading)
@@ -201,7 +215,7 @@ class Explorer:
             self._ticks += 1
         else:
             self._ticks = 0
-        if self._ticks > 4:
+        if self._ticks > 2:
             self.mapping = True
             self.started = True
             self.state = FOLLOW

@@ -1,24 +1,29 @@
 # Wall following by rolling a disc over the remembered hits (design: a follower that works).
 
 from array import array
+
 from ..fixed import polar
 
 _REACH_MM = 350       # points farther than this block nothing
+_REACH_SQUARED = 350 * 350
 _LINEAR = 109         # BAM a millimetre: 6 degrees a cm outside the disc
 _INSIDE = 131         # 1.2 times as much inside it
+_DEEPEST_MM = -90     # deeper inside makes no difference: the block is half a turn wide by then
 _NARROW = 10377       # 57 degrees: the standing disc and the touching disc disagree
 _SHRINK_MM = 4
+_FRONT = 7300         # 40 degrees: what counts as in front
 
 NO_WALL = 1 << 20     # no point to roll along
 BOXED_IN = 1 << 21    # every heading is blocked
 
 
 class Follower:
-    # solve() gives the heading to take, relative to today's, in BAM, left positive and NOT
-    # wrapped: a dead end must be left by turning left. It scans counter-clockwise from the
-    # nearest point on the right for the first heading that no remembered hit blocks.
+    # look() collects the hits within reach, solve() gives the heading to take, relative to that of
+    # look(), in BAM, left positive and NOT wrapped: a dead end must be left by turning left. It scans
+    # counter-clockwise from the nearest point on the right for the first heading that no hit blocks.
+    # They may be called in different ticks: together they are the dearest part of a step.
     #
-    # near_bearing (int16 BAM, relative), near_mm, blocks: the hits within reach, made anew at each call.
+    # near_bearing (int16 BAM, relative), near_mm, near_slot (in the ring): the hits within reach.
     # gap_mm: free way in front of the body. Allocates in __init__ only.
 
     def __init__(self, hits):
@@ -31,15 +36,13 @@ class Follower:
         self.nearest_mm = _REACH_MM
         self.gap_mm = _REACH_MM
         self.reference_bearing = 0
-        self.reference_mm = 0
+        self.reference_mm = _REACH_MM
         self.body_mm = 170
-        self.tight_mm = 174   # a passage that this disc fits through is entered; disc_mm or more: none is
         self.disc_mm = 200
-        self._error = 0
+        self.tight_mm = 174   # a passage that this disc fits through is entered; disc_mm or more: none is
 
     def look(self, x_mm, y_mm, heading_bam, window_bam):
-        # Collect the hits within reach; the reference is the nearest with a bearing
-        # from -200 degrees to window_bam.
+        # The reference is the nearest hit with a bearing from -200 degrees to window_bam.
         hits = self._hits
         xs = hits.xs
         ys = hits.ys
@@ -47,44 +50,43 @@ class Follower:
         bearings = self.near_bearing
         distances = self.near_mm
         slots = self.near_slot
-        body = self.body_mm
         n = 0
         nearest = _REACH_MM
         reference = _REACH_MM
-        gap = _REACH_MM
+        front = _REACH_MM + self.body_mm
+        heading_bam -= 32768
         for i in range(64):
             if buckets[i] != 255:
                 dx = xs[i] - x_mm
                 if -_REACH_MM < dx < _REACH_MM:
                     dy = ys[i] - y_mm
-                    if -_REACH_MM < dy < _REACH_MM:
-                        p = polar(dx, dy)
-                        d = p >> 16
-                        if d < _REACH_MM:
-                            b = ((p - heading_bam + 32768) & 0xFFFF) - 32768
-                            bearings[n] = b
-                            distances[n] = d
-                            slots[n] = i
-                            n += 1
-                            if d < nearest:
-                                nearest = d
-                            if d < reference and (b <= window_bam or b >= 29127):
-                                reference = d
-                                self.reference_bearing = b if b < 29127 else b - 65536
-                            if -7300 < b < 7300 and d - body < gap:
-                                gap = d - body
+                    if -_REACH_MM < dy < _REACH_MM and dx * dx + dy * dy < _REACH_SQUARED:
+                        b = polar(dx, dy)
+                        d = b >> 16
+                        b = ((b - heading_bam) & 0xFFFF) - 32768
+                        bearings[n] = b
+                        distances[n] = d
+                        slots[n] = i
+                        n += 1
+                        if d < nearest:
+                            nearest = d
+                        if d < reference and (b <= window_bam or b >= 29127):
+                            reference = d
+                            self.reference_bearing = b if b < 29127 else b - 65536
+                        if d < front and -_FRONT < b < _FRONT:
+                            front = d
         self.near = n
         self.nearest_mm = nearest
         self.reference_mm = reference
-        self.gap_mm = gap
+        self.gap_mm = front - self.body_mm
 
     def solve(self):
         if self.reference_mm == _REACH_MM:
             return NO_WALL
         disc = self.disc_mm
         wide = self._scan(disc)
-        if disc <= self.tight_mm:
-            return wide
+        if disc <= self.tight_mm or wide == self._first(disc):
+            return wide  # nothing but the reference stood in the way
         tight = self._scan(self.tight_mm)
         # A narrow passage: the standing disc turns away where the body would pass.
         # Shrink until both agree; that centres the robot.
@@ -93,31 +95,42 @@ class Follower:
             wide = self._scan(disc)
         return wide
 
+    def _first(self, disc_mm):
+        # Where the scan begins: along the reference.
+        e = self.reference_mm - disc_mm
+        if e < _DEEPEST_MM:
+            e = _DEEPEST_MM
+        return self.reference_bearing + 16384 - (e * _LINEAR if e > 0 else e * _INSIDE)
+
     def _scan(self, disc_mm):
         n = self.near
         bearings = self.near_bearing
-        distances = self.near_mm
         blocks = self._blocks
-        for i in range(n):
-            e = distances[i] - disc_mm
-            if e < -90:
-                e = -90
-            blocks[i] = 16384 - (e * _LINEAR if e > 0 else e * _INSIDE)
+        i = 0
+        for d in self.near_mm:
+            if i == n:
+                break
+            d -= disc_mm
+            if d > 0:
+                blocks[i] = 16384 - d * _LINEAR
+            else:
+                blocks[i] = 16384 - (d if d > _DEEPEST_MM else _DEEPEST_MM) * _INSIDE
+            i += 1
         start = self.reference_bearing
-        e = self.reference_mm - disc_mm
-        if e < -90:
-            e = -90
-        heading = start + 16384 - (e * _LINEAR if e > 0 else e * _INSIDE)
+        heading = self._first(disc_mm)
         moved = True
         while moved:
             moved = False
-            for i in range(n):
-                a = blocks[i]
+            i = 0
+            for a in blocks:
+                if i == n:
+                    break
                 if a > 0:
                     d = ((heading - bearings[i] + 32768) & 0xFFFF) - 32768
                     if -a < d < a:
                         heading += a - d
                         moved = True
+                i += 1
             if heading - start > 65536:
                 return BOXED_IN
         return heading

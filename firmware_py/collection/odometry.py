@@ -2,7 +2,7 @@
 
 from ..fixed import sine, cosine, ratio
 
-_PULSES_MAX = 64  # a tick; more than 1.4 m/s is a broken encoder
+_PULSES_MAX = 64  # a tick; more than 1.4 m/s is a broken encoder (fewer for coarse encoders: see begin)
 
 
 class Odometry:
@@ -24,6 +24,7 @@ class Odometry:
         self.step_um = 0         # of the last tick
         self.middle_bam = 0      # heading in the middle of the last tick
         self.glitches = 0
+        self._pulses_max = _PULSES_MAX
         self._um_q12 = 0         # micrometres a pulse
         self._bam_q13 = 0        # BAM a pulse of difference
         self._heading_q13 = 0
@@ -37,6 +38,8 @@ class Odometry:
         self._um_q12 = ratio(wheel_um * 355, 113, pulses, 12)
         # 65536 / (2 pi) * 2 pi R / (N W): pi cancels.
         self._bam_q13 = ratio(wheel_um, track_um, pulses, 28)
+        # What a tick may bring so that every product of update() stays below 2**30.
+        self._pulses_max = min(_PULSES_MAX, (1 << 27) // (self._um_q12 + 1), (1 << 28) // (self._bam_q13 + 1) - 1)
         self._midpoint = midpoint
         self.x_um = x_um
         self.y_um = y_um
@@ -45,7 +48,8 @@ class Odometry:
         self._heading_q13 = heading_bam << 13
 
     def update(self, left, right):
-        if left > _PULSES_MAX or left < -_PULSES_MAX or right > _PULSES_MAX or right < -_PULSES_MAX:
+        most = self._pulses_max
+        if left > most or left < -most or right > most or right < -most:
             self.glitches = (self.glitches + 1) & 0xFFFF
             left = right = 0
         turn = (self._heading_q13 + (right - left) * self._bam_q13) & 0x1FFFFFFF

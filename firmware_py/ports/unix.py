@@ -4,10 +4,10 @@ import gc
 import micropython
 import os
 import select
-import sys
 import termios
 import time
 
+gc.collect()
 _code = gc.mem_alloc()  # imports so far: the code lies in the heap here
 
 
