@@ -7,6 +7,9 @@ import time
 import tty
 
 
+_SPIN = 300
+
+
 class PortError(Exception):
     pass
 
@@ -48,7 +51,11 @@ class Port:
     def read(self, timeout_ms):
         # -> bytes now in buf, -1 when the other end is gone
         try:
-            if not self._poll.poll(timeout_ms):
+            poll = self._poll.poll
+            spin = _SPIN  # as unix.Port: looks a while before it sleeps
+            while spin and not poll(0):
+                spin -= 1
+            if not spin and not poll(timeout_ms):
                 return 0
             size = os.readv(self._fd, [self._view])
             return size if size else -1

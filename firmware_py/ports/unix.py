@@ -11,6 +11,9 @@ gc.collect()
 _code = gc.mem_alloc()  # imports so far: the code lies in the heap here
 
 
+_SPIN = 300   # polls of about a microsecond
+
+
 class PortError(Exception):
     pass
 
@@ -66,8 +69,14 @@ class Port:
 
     def read(self, timeout_ms):
         # -> bytes now in buf, -1 when the other end is gone
+        # Looks a while before it sleeps: in lockstep the next step is a fraction of a millisecond away,
+        # and being woken takes as long.
+        poll = self._poll
+        spin = _SPIN
         try:
-            for _ in self._poll.ipoll(timeout_ms):
+            while spin and not self._ready(poll, 0):
+                spin -= 1
+            for _ in poll.ipoll(0 if spin else timeout_ms):
                 size = self._file.readinto(self._buf)
                 if size:
                     return size
@@ -78,6 +87,11 @@ class Port:
         except MemoryError:
             return -1  # the OSError itself found no heap
         return 0
+
+    def _ready(self, poll, timeout_ms):
+        for _ in poll.ipoll(timeout_ms):
+            return True
+        return False
 
     def write(self, buf, size):
         try:

@@ -12,6 +12,7 @@ import time
 import tty
 
 BACKLOG_BYTES = 4096
+SPIN_S = 0.0004
 
 
 class LinkError(Exception):
@@ -56,7 +57,7 @@ class Pty:
     def read(self, timeout_ms=0):
         """What has come, waiting for the first byte up to the timeout; b"" if nothing did, None if nobody is there."""
         if timeout_ms:
-            self._poll.poll(timeout_ms)
+            self._wait(timeout_ms)
         try:
             return os.read(self._master, 4096)
         except BlockingIOError:
@@ -65,6 +66,16 @@ class Pty:
             if error.errno == errno.EIO:
                 return None
             raise
+
+    def _wait(self, timeout_ms):
+        # In lockstep the answer is a fraction of a millisecond away: falling asleep for it, and being
+        # woken, takes as long as the answer itself. So look for it a while before going to sleep.
+        poll, clock = self._poll.poll, time.perf_counter
+        end_s = clock() + SPIN_S
+        while not poll(0):
+            if clock() > end_s:
+                poll(timeout_ms)
+                return
 
     def write(self, data):
         """Sends, or keeps for later; False if these bytes had to be dropped."""
