@@ -36,6 +36,7 @@ _SIDE_MAX_MM = 250
 _FIX_MM = 100         # two fixes are at least that far apart
 _FIX_EVERY_MM = 1500
 _TOLERANCE_MM = 150
+_DRIFT = 250          # dead reckoning: 4 mm a metre are three deviations
 _OVERLAP_MM = 1200    # walked twice to measure the closure error
 _STRAYS_MAX = 8
 _PAST_MM = 1000
@@ -48,7 +49,8 @@ _WALL_OFFSET = 2
 _CORNERS = 4
 _SPREAD = 8
 _DISTANCE_FIXES = 16
-_EQ1_LITERAL = 32
+_WEIGHTED = 32
+_EQ1_LITERAL = 64
 
 
 class Tvslam:
@@ -113,8 +115,8 @@ class Tvslam:
                             flags & _MIDPOINT)
         self.infrared.begin(p.of("ir_radius"), p.values, p.first("ir_bearing"))
         self.explorer.begin(p.of("body_radius"), p.of("wall_gap"), p.of("speed_max"), p.of("turn_max"), track_um)
-        self.uwb.begin(p)
-        self.localization.begin(p.of("fix_distance"), p.of("fix_angle"))
+        self.uwb.begin(p, flags & _WEIGHTED)
+        self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED)
         self.walls.begin(flags & _CORNERS)
         self._threshold_mm = p.of("ir_threshold")
 
@@ -174,8 +176,11 @@ class Tvslam:
             if o.path_mm - self._closing_mm > _OVERLAP_MM:
                 self._outline_done()
             return
+        tolerance_mm = _TOLERANCE_MM
+        if not here.fixes:  # dead reckoning alone: three deviations after that way
+            tolerance_mm += (o.path_mm - self.crumbs.start_mm) // _DRIFT
         closed = self.crumbs.visit(here.x_mm, here.y_mm, here.heading_bam, o.turn_bam, o.path_mm,
-                                   self.vectors.used, _TOLERANCE_MM)
+                                   self.vectors.used, tolerance_mm)
         if closed != OPEN:
             self._closed(closed)
         elif self.vectors.lost or self.vectors.chains_lost:
@@ -233,8 +238,8 @@ class Tvslam:
 
     def _outline_done(self):
         self.closure.solve(self.vectors.used)
-        if not self._flags & _SPREAD:
-            self.closure.cancel()
+        if not self._flags & _SPREAD or self.localization.fixes:
+            self.closure.cancel()  # fixes bound the error: it did not grow with the way, so the way may not share it out
         self.vectors.seal(self._first_vector, self._first_chain, OUTLINE | SEARCHED)
         self._end(_REASON_CLOSED, True)
 

@@ -26,14 +26,14 @@ PARAMETERS = (
     ("uwb_gamma", "1/1000", 1, 1000, 6000, 1700),
     ("uwb_sigma", "cdB", 1, 0, 2000, 10),
     ("uwb_level_min", "cdB", 1, -20000, 0, -9000),
-    ("fix_distance", "mm", 1, 0, 2000, 20),        # replacement rule: position deviation
-    ("fix_angle", "BAM", 1, 0, 16384, 182),        # replacement rule: heading deviation
+    ("fix_distance", "mm", 1, 0, 2000, 8),         # replacement rule: position deviation
+    ("fix_angle", "BAM", 1, 0, 16384, 40),         # replacement rule: heading deviation
     ("anchor_count", "", 1, 0, ANCHORS_MAX, 0),
     ("anchor_x", "mm", ANCHORS_MAX, -500000, 500000, 0),
     ("anchor_y", "mm", ANCHORS_MAX, -500000, 500000, 0),
     ("anchor_height", "mm", ANCHORS_MAX, 0, 10000, 2300),  # above the receiver
     ("mode", "", 1, 0, 1, 0),                      # 0 improved, 1 paper
-    ("flags", "bits", 1, 0, 65535, 0x1F),          # improvements switched on: bit i is FLAGS[i]
+    ("flags", "bits", 1, 0, 65535, 0x3F),          # improvements switched on: bit i is FLAGS[i]
 )
 
 # Improvements over the paper, each with a switch of its own: (name, on by default, what it does).
@@ -44,5 +44,6 @@ FLAGS = (
     ("corner_intersection", 1, "intersect neighbouring lines instead of joining their ends"),
     ("closure_spread", 1, "spread the closure error along the outline"),
     ("distance_fixes", 1, "also take a fix each 1.5 m between turning points"),
+    ("weighted_fixes", 1, "weigh a fix against dead reckoning by the accuracy of both, instead of replacing outright"),
     ("eq1_literal", 0, "heading rate as eq. 1 prints it, 2 (v_r - v_l) / W: it doubles the heading"),
 )

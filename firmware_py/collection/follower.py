@@ -8,6 +8,7 @@ _REACH_MM = 350       # points farther than this block nothing
 _REACH_SQUARED = 350 * 350
 _LINEAR = 109         # BAM a millimetre: 6 degrees a cm outside the disc
 _INSIDE = 131         # 1.2 times as much inside it
+_STEEP = 300          # boxed in: 16 degrees a cm, so that only what the next 5 cm would touch is in the way
 _DEEPEST_MM = -90     # deeper inside makes no difference: the block is half a turn wide by then
 _NARROW = 10377       # 57 degrees: the standing disc and the touching disc disagree
 _SHRINK_MM = 4
@@ -84,25 +85,31 @@ class Follower:
         if self.reference_mm == _REACH_MM:
             return NO_WALL
         disc = self.disc_mm
-        wide = self._scan(disc)
-        if disc <= self.tight_mm or wide == self._first(disc):
-            return wide  # nothing but the reference stood in the way
-        tight = self._scan(self.tight_mm)
+        wide = self._scan(disc, _LINEAR)
+        if wide == BOXED_IN or (disc > self.tight_mm and wide != self._first(disc, _LINEAR)):
+            wide = self._squeeze(disc, wide)
+        return wide
+
+    def _squeeze(self, disc, wide):
+        # More than the reference stands in the way.
+        tight = self._scan(self.tight_mm, _LINEAR)
         # A narrow passage: the standing disc turns away where the body would pass.
         # Shrink until both agree; that centres the robot.
         while (wide - tight > _NARROW or tight - wide > _NARROW) and disc > self.tight_mm:
             disc -= _SHRINK_MM
-            wide = self._scan(disc)
+            wide = self._scan(disc, _LINEAR)
+        if wide == BOXED_IN:
+            wide = self._scan(self.body_mm + 2, _STEEP)
         return wide
 
-    def _first(self, disc_mm):
+    def _first(self, disc_mm, slope):
         # Where the scan begins: along the reference.
         e = self.reference_mm - disc_mm
         if e < _DEEPEST_MM:
             e = _DEEPEST_MM
-        return self.reference_bearing + 16384 - (e * _LINEAR if e > 0 else e * _INSIDE)
+        return self.reference_bearing + 16384 - (e * slope if e > 0 else e * _INSIDE)
 
-    def _scan(self, disc_mm):
+    def _scan(self, disc_mm, slope):
         n = self.near
         bearings = self.near_bearing
         blocks = self._blocks
@@ -112,12 +119,13 @@ class Follower:
                 break
             d -= disc_mm
             if d > 0:
-                blocks[i] = 16384 - d * _LINEAR
+                d = 16384 - d * slope
+                blocks[i] = d if d > 0 else 0
             else:
                 blocks[i] = 16384 - (d if d > _DEEPEST_MM else _DEEPEST_MM) * _INSIDE
             i += 1
         start = self.reference_bearing
-        heading = self._first(disc_mm)
+        heading = self._first(disc_mm, slope)
         moved = True
         while moved:
             moved = False

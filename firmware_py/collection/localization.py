@@ -4,6 +4,7 @@ from ..fixed import isqrt
 
 _BASELINE_MM = 2500     # between the two fixes that a heading is taken from (the paper: 0.5 m)
 _BASELINE_MAX_MM = 12000
+_DRIFT = 9000           # 1 / (0.6 degrees in radians) squared: how far dead reckoning's heading is off by then
 
 
 class Localization:
@@ -23,6 +24,7 @@ class Localization:
         self._odometry = odometry
         self._uwb = uwb
         self._frame = frame
+        self._weighted = True
         self._fix_mm = 20
         self._fix_bam = 182
         self._marked = False
@@ -31,7 +33,8 @@ class Localization:
         self._mark_dx = 0
         self._mark_dy = 0
 
-    def begin(self, fix_mm, fix_bam):
+    def begin(self, fix_mm, fix_bam, weighted):
+        self._weighted = weighted
         self._fix_mm = fix_mm
         self._fix_bam = fix_bam
         o = self._odometry
@@ -92,6 +95,10 @@ class Localization:
         ex = dx - self._mark_dx
         ey = dy - self._mark_dy
         turn = ((x * ey - y * ex) // length) * 10430 // length
+        if self._weighted:
+            # Each by its own accuracy: the direction's variance is that of two fixes over the length squared.
+            drift = length * length // _DRIFT + 1
+            turn = turn * drift // (drift + 2 * self._uwb.variance_mm2)
         if turn > self._fix_bam or turn < -self._fix_bam:
             self._frame.rotate(self._frame.turn_bam + turn)
         self._mark(dx, dy)

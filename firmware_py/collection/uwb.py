@@ -13,6 +13,8 @@ _GATE_MM = 120          # a range farther off than this and four deviations is a
 _RESIDUAL_MAX_MM = 900
 _UNIT_Q8 = 256
 _TOF_SIGMA_MM = 100
+_PRIOR = 3000           # 29 mm: what dead reckoning is trusted for where the ranges say little
+_UNIT = 2560000         # square millimetres times information
 
 
 class Uwb:
@@ -22,13 +24,16 @@ class Uwb:
     #   add(values, first, x_mm, y_mm): the records of a STEP, seen from the estimate
     #   solve(): dx_mm, dy_mm, reports -> False when the geometry or the reports are too few
     #   clear(): after the estimate was replaced
-    # Weights are in 1/16 of that of a 100 mm deviation. Allocates in __init__ only.
+    # variance_mm2: of one axis of the solution. A and its right-hand side hold information: 1 is worth
+    # a deviation of 1600 mm (1 / 2.56e6 a square millimetre). Allocates in __init__ only.
 
     def __init__(self):
         self.dx_mm = 0
         self.dy_mm = 0
+        self.variance_mm2 = 0
         self.reports = 0
         self.outliers = 0
+        self._prior = 0
         self._source = 0
         self._anchors = 0
         self._table = None
@@ -42,7 +47,8 @@ class Uwb:
         self._alpha_q12 = 4096
         self._sums = array("i", bytes(20))  # a11, a12, a22, b1, b2
 
-    def begin(self, parameters):
+    def begin(self, parameters, weighted):
+        self._prior = _PRIOR if weighted else 0
         self._source = parameters.of("uwb_source")
         self._anchors = parameters.of("anchor_count")
         self._table = parameters.values
@@ -122,36 +128,37 @@ class Uwb:
             self.outliers = (self.outliers + 1) & 0xFFFF
             return False
         # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
-        q = 400 // (deviation if deviation > 25 else 25)  # 16 at 25 mm, 4 at 100 mm
-        w = q * q >> 2
-        if w < 1:
-            w = 1
+        w = 640000 // (deviation * deviation) if deviation > 25 else 1024  # 64 at 100 mm
         ux = (dx * 64) // expected
         uy = (dy * 64) // expected
         sums = self._sums
-        sums[0] += w * ux * ux >> 6
-        sums[1] += w * ux * uy >> 6
-        sums[2] += w * uy * uy >> 6
-        sums[3] += w * ux * e
-        sums[4] += w * uy * e
+        sums[0] += w * ux * ux >> 10
+        sums[1] += w * ux * uy >> 10
+        sums[2] += w * uy * uy >> 10
+        sums[3] += w * ux * e >> 4
+        sums[4] += w * uy * e >> 4
         return True
 
     def solve(self):
-        # sums: A in w Q6 (unit vectors Q6 squared, shifted back), b in w Q6 mm.
-        a = self._sums[0]
+        prior = self._prior
+        a = self._sums[0] + prior
         b = self._sums[1]
-        c = self._sums[2]
+        c = self._sums[2] + prior
         p = self._sums[3]
         q = self._sums[4]
+        # The same by halves until every product stays below 2**30; unit is what one of A is worth then.
+        unit = _UNIT
         while a > 8191 or c > 8191:
             a >>= 1
             b >>= 1
             c >>= 1
             p >>= 1
             q >>= 1
+            unit >>= 1
         det = a * c - b * b
         if self.reports < 6 or det < 4096:
             return False
+        self.variance_mm2 = (a + c) * (unit // 2 + 1 >> 6) // (det >> 6)
         while p > 16383 or p < -16384 or q > 16383 or q < -16384:
             a >>= 1
             b >>= 1

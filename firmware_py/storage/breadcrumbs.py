@@ -36,7 +36,7 @@ class Breadcrumbs:
         self.lost = 0
         self.closed_at = 0
         self._spacing_mm = _SPACING_MM
-        self._start_mm = 0
+        self.start_mm = 0
         self._last_path = 0
         self._next_mm = 0
         self._start_turn = 0
@@ -45,7 +45,7 @@ class Breadcrumbs:
     def clear(self, path_mm, turn_bam):
         self.used = 0
         self._spacing_mm = _SPACING_MM
-        self._start_mm = path_mm
+        self.start_mm = path_mm
         self._next_mm = path_mm
         self._start_turn = turn_bam
         self._cursor = 0
@@ -54,7 +54,7 @@ class Breadcrumbs:
         # Called each tick: drops a crumb when due, and looks at a few old ones.
         # -> OPEN, OUTLINE_CLOSED or ISLAND_CLOSED with the crumb in closed_at.
         turn = (turn_bam - self._start_turn) >> 8
-        path = (path_mm - self._start_mm) // 10
+        path = (path_mm - self.start_mm) // 10
         self._last_path = path
         if path_mm >= self._next_mm:
             self._drop(x_mm, y_mm, heading_bam, turn, path, vectors, path_mm)

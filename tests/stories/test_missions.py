@@ -32,7 +32,7 @@ def test_the_studio_is_mapped_whatever_the_noise(seed):
 def test_the_mission_goes_through_the_papers_states():
     entered = drive_mission("studio").states
     assert entered[-2:] == [states.BUILD, states.DONE]
-    assert entered[:4] == [states.BOOT, states.FIND_WALL, states.ALIGN, states.FOLLOW], [states.NAMES[s] for s in entered[:8]]
+    assert entered[:4] == [states.BOOT, states.INIT, states.FIND_WALL, states.ALIGN], [states.NAMES[s] for s in entered[:8]]
     assert states.CORNER_IN in entered and states.CORNER_OUT in entered
 
 
