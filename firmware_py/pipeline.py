@@ -37,7 +37,9 @@ _FIX_MM = 100         # two fixes are at least that far apart
 _FIX_EVERY_MM = 1500
 _TOLERANCE_MM = 150
 _DRIFT = 250          # dead reckoning: 4 mm a metre are three deviations
-_OVERLAP_MM = 1200    # walked twice to measure the closure error
+_OVERLAP_MM = 1500    # walked twice, to map the lap's last piece and to measure the closure error
+_JOIN_PATH_MM = 700
+_JOIN_MM = 50
 _STRAYS_MAX = 8
 _PAST_MM = 1000
 _PATH_MAX_MM = 1500000
@@ -96,6 +98,8 @@ class Tvslam:
         self._last_state = 0
         self._last_generation = 0
         self._closing_mm = 0      # path where the outline closed
+        self._outline_first = 0   # record that the closed outline begins with
+        self._joined = False      # the lap is mapped whole; the overlap is walked
         self._sealing = False
 
     def set_parameter(self, number, index, value):
@@ -156,6 +160,7 @@ class Tvslam:
         self._first_chain = self.vectors.chains
         self.crumbs.clear(o.path_mm, o.turn_bam)
         self.walls.kind = OUTLINE
+        self._joined = False
         self._strays = 0
 
     def _map(self, x_mm, y_mm):
@@ -167,13 +172,16 @@ class Tvslam:
             if self._flags & _WALL_OFFSET:
                 x_mm = self.infrared.hit_x[_SIDE]
                 y_mm = self.infrared.hit_y[_SIDE]
-            if e.closing:
-                self.frame.put(x_mm, y_mm)
+            self.frame.put(x_mm, y_mm)
+            if self._joined:
                 self.closure.add(self.frame.x, self.frame.y)
             else:
                 self.walls.add(x_mm, y_mm)
         if e.closing:
-            if o.path_mm - self._closing_mm > _OVERLAP_MM:
+            far = o.path_mm - self._closing_mm
+            if not self._joined and (far > _JOIN_PATH_MM or self._meets_start()):
+                self._join()
+            elif self._joined and far > _OVERLAP_MM:
                 self._outline_done()
             return
         tolerance_mm = _TOLERANCE_MM
@@ -213,12 +221,9 @@ class Tvslam:
         v = self.vectors
         first = self._first_vector
         if closed == OUTLINE_CLOSED:
-            stray = self.crumbs.vectors[self.crumbs.closed_at]
-            self.walls.finish()
-            if stray > first:
-                v.drop(first, stray)
-            self.closure.begin(first)
+            self._outline_first = self.crumbs.vectors[self.crumbs.closed_at]
             self._closing_mm = self.odometry.path_mm
+            self._joined = False
             e.closing = True
             return
         self.walls.finish()
@@ -235,6 +240,22 @@ class Tvslam:
             return
         v.seal(first, self._first_chain, BARRIER | SEARCHED)
         e.leave()
+
+    def _meets_start(self):
+        # The mapping beam has come to the vertex that the outline began with.
+        v = self.vectors
+        i = self._outline_first
+        dx = self.frame.x - v.xs[i] * 5
+        dy = self.frame.y - v.ys[i] * 5
+        return -_JOIN_MM < dx < _JOIN_MM and -_JOIN_MM < dy < _JOIN_MM
+
+    def _join(self):
+        # The lap is whole: what was mapped before it began was a stray.
+        first = self._first_vector
+        self.walls.finish()
+        self.vectors.drop(first, self._outline_first)
+        self.closure.begin(first)
+        self._joined = True
 
     def _outline_done(self):
         self.closure.solve(self.vectors.used)

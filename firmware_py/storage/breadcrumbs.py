@@ -1,7 +1,7 @@
 # Where the robot has been along the wall that it follows: how a loop is recognised.
 
 from array import array
-from ..fixed import polar
+from ..fixed import sine, cosine
 from ..limits import CRUMBS_MAX
 
 _SPACING_MM = 250
@@ -58,8 +58,9 @@ class Breadcrumbs:
         self._last_path = path
         if path_mm >= self._next_mm:
             self._drop(x_mm, y_mm, heading_bam, turn, path, vectors, path_mm)
-        if tolerance_mm < self._spacing_mm * 6 // 10:
-            tolerance_mm = self._spacing_mm * 6 // 10
+        reach_mm = self._spacing_mm * 6 // 10  # along the way a crumb may be half a spacing off
+        if reach_mm < tolerance_mm:
+            reach_mm = tolerance_mm
         n = self.used if self.used < _LOOK else _LOOK
         while n:
             n -= 1
@@ -79,9 +80,13 @@ class Breadcrumbs:
                 continue
             dx = x_mm - self._xs[i] * 5
             dy = y_mm - self._ys[i] * 5
-            if dx > tolerance_mm or dx < -tolerance_mm or dy > tolerance_mm or dy < -tolerance_mm:
+            if dx > 4000 or dx < -4000 or dy > 4000 or dy < -4000:
                 continue
-            if polar(dx, dy) >> 16 <= tolerance_mm:
+            c = cosine(heading_bam)
+            s = sine(heading_bam)
+            along = dx * c + dy * s >> 15
+            across = dy * c - dx * s >> 15
+            if -reach_mm <= along <= reach_mm and -tolerance_mm <= across <= tolerance_mm:
                 self.closed_at = i
                 return OUTLINE_CLOSED if wound > 0 else ISLAND_CLOSED
         return OPEN
