@@ -1,6 +1,7 @@
 # The whole SLAM: owns the storage, runs the layers once a step. The only file that joins them.
 
 from .building.closure import Closure
+from .building.outline import Outline, CLOSING, ISLAND, STRAY, DONE as OUTLINE_DONE
 from .building.walls import WallMapper
 from .collection.explorer import Explorer, CORNER_IN, CORNER_OUT, FOLLOW, BUILD, FAILED, DONE
 from .collection.follower import Follower
@@ -10,13 +11,13 @@ from .collection.localization import Localization
 from .collection.odometry import Odometry
 from .collection.uwb import Uwb
 from .parameters import Parameters
-from .storage.breadcrumbs import Breadcrumbs, OPEN, OUTLINE_CLOSED
+from .storage.breadcrumbs import Breadcrumbs
 from .storage.frame import Frame
 from .storage.hit_ring import HitRing
 from .storage.map_image import MapImage
 from .storage.point_ring import PointRing, CONVEX, CONCAVE, SHORT
 from .storage.tally import Tally
-from .storage.vector_store import VectorStore, OUTLINE, BARRIER, SEARCHED
+from .storage.vector_store import VectorStore
 
 # protocol/states.py
 _REASON_CLOSED = 1
@@ -35,15 +36,8 @@ _SIDE = 5             # I6, the mapping beam
 _SIDE_MAX_MM = 250
 _FIX_MM = 100         # two fixes are at least that far apart
 _FIX_EVERY_MM = 1500
-_TOLERANCE_MM = 150
-_DRIFT = 250          # dead reckoning: 4 mm a metre are three deviations
-_OVERLAP_MM = 1500    # walked twice, to map the lap's last piece and to measure the closure error
-_JOIN_PATH_MM = 700
-_JOIN_MM = 50
-_STRAYS_MAX = 8
 _PAST_MM = 1000
 _PATH_MAX_MM = 1500000
-_IMAGE_BYTES = 64     # of the map's CRC a tick
 
 # bits of parameter `flags`, protocol/parameters.py
 _MIDPOINT = 1
@@ -78,6 +72,7 @@ class Tvslam:
         self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower)
         self.walls = WallMapper(self.vectors, self.frame)
         self.closure = Closure(self.vectors)
+        self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure)
         self.left_mm_s = 0
         self.right_mm_s = 0
         self.state = 0
@@ -90,17 +85,10 @@ class Tvslam:
         self.degraded = 0
         self._flags = 0
         self._threshold_mm = 160
-        self._first_vector = 0    # of the barrier that is followed
-        self._first_chain = 0
-        self._strays = 0          # loops round islands cut out of the present barrier
         self._last_fix_mm = 0
         self._last_corners = 0
         self._last_state = 0
         self._last_generation = 0
-        self._closing_mm = 0      # path where the outline closed
-        self._outline_first = 0   # record that the closed outline begins with
-        self._joined = False      # the lap is mapped whole; the overlap is walked
-        self._sealing = False
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
@@ -122,6 +110,7 @@ class Tvslam:
         self.uwb.begin(p, flags & _WEIGHTED)
         self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED)
         self.walls.begin(flags & _CORNERS)
+        self.outline.spread = flags & _SPREAD != 0
         self._threshold_mm = p.of("ir_threshold")
 
     def step(self, values):
@@ -136,14 +125,14 @@ class Tvslam:
         self.localization.update(values, _UWB)
         e.step(self.tick, values[_SONAR], values[_BUMP])
         if e.started:
-            self._start_barrier()
+            self.outline.begin(o.path_mm, o.turn_bam)
         elif e.abandoned:
-            self.walls.finish()
-            self.vectors.drop(self._first_vector, self.vectors.used)
+            self.outline.abandon()
         if e.mapping:
             self._map(x_mm, y_mm)
         if e.state == BUILD:
-            self._build()
+            if self.outline.build():
+                e.end(DONE)
         elif e.state == FAILED and not self.reason:
             self._end(_REASON_STUCK, False)
         elif o.path_mm > _PATH_MAX_MM and e.state < BUILD:
@@ -154,43 +143,25 @@ class Tvslam:
         self.ir_state = self.directions.state
         self._mix()
 
-    def _start_barrier(self):
-        o = self.odometry
-        self._first_vector = self.vectors.used
-        self._first_chain = self.vectors.chains
-        self.crumbs.clear(o.path_mm, o.turn_bam)
-        self.walls.kind = OUTLINE
-        self._joined = False
-        self._strays = 0
-
     def _map(self, x_mm, y_mm):
         e = self.explorer
         o = self.odometry
-        here = self.localization
         self._turning_point(e.state)
         if self.infrared.ranges_mm[_SIDE] < _SIDE_MAX_MM:
             if self._flags & _WALL_OFFSET:
                 x_mm = self.infrared.hit_x[_SIDE]
                 y_mm = self.infrared.hit_y[_SIDE]
             self.frame.put(x_mm, y_mm)
-            if self._joined:
-                self.closure.add(self.frame.x, self.frame.y)
-            else:
-                self.walls.add(x_mm, y_mm)
-        if e.closing:
-            far = o.path_mm - self._closing_mm
-            if not self._joined and (far > _JOIN_PATH_MM or self._meets_start()):
-                self._join()
-            elif self._joined and far > _OVERLAP_MM:
-                self._outline_done()
-            return
-        tolerance_mm = _TOLERANCE_MM
-        if not here.fixes:  # dead reckoning alone: three deviations after that way
-            tolerance_mm += (o.path_mm - self.crumbs.start_mm) // _DRIFT
-        closed = self.crumbs.visit(here.x_mm, here.y_mm, here.heading_bam, o.turn_bam, o.path_mm,
-                                   self.vectors.used, tolerance_mm)
-        if closed != OPEN:
-            self._closed(closed)
+            self.outline.add(x_mm, y_mm, self.frame.x, self.frame.y)
+        came = self.outline.visit(self.localization, o.path_mm, o.turn_bam)
+        if came == CLOSING:
+            e.closing = True
+        elif came == OUTLINE_DONE:
+            self._end(_REASON_CLOSED, True)
+        elif came == STRAY:
+            e.be_wary(self.outline.loop_mm + _PAST_MM)
+        elif came == ISLAND:
+            e.leave()
         elif self.vectors.lost or self.vectors.chains_lost:
             self._end(_REASON_STORE_FULL, True)
 
@@ -216,57 +187,9 @@ class Tvslam:
             self._last_fix_mm = o.path_mm
             here.fix()
 
-    def _closed(self, closed):
-        e = self.explorer
-        v = self.vectors
-        first = self._first_vector
-        if closed == OUTLINE_CLOSED:
-            self._outline_first = self.crumbs.vectors[self.crumbs.closed_at]
-            self._closing_mm = self.odometry.path_mm
-            self._joined = False
-            e.closing = True
-            return
-        self.walls.finish()
-        crumbs = self.crumbs
-        at = crumbs.vectors[crumbs.closed_at]
-        loop_mm = crumbs.loop_mm()
-        if at > first + 1 and self._strays < _STRAYS_MAX:
-            # The robot strayed from one barrier to an island near it and went round that. Cut the loop
-            # out, and take no narrow gap until past the place, so that both are one barrier this time.
-            self._strays += 1
-            v.split(at + 2, BARRIER | SEARCHED)
-            crumbs.excise()
-            e.be_wary(loop_mm + _PAST_MM)
-            return
-        v.seal(first, self._first_chain, BARRIER | SEARCHED)
-        e.leave()
-
-    def _meets_start(self):
-        # The mapping beam has come to the vertex that the outline began with.
-        v = self.vectors
-        i = self._outline_first
-        dx = self.frame.x - v.xs[i] * 5
-        dy = self.frame.y - v.ys[i] * 5
-        return -_JOIN_MM < dx < _JOIN_MM and -_JOIN_MM < dy < _JOIN_MM
-
-    def _join(self):
-        # The lap is whole: what was mapped before it began was a stray.
-        first = self._first_vector
-        self.walls.finish()
-        self.vectors.drop(first, self._outline_first)
-        self.closure.begin(first)
-        self._joined = True
-
-    def _outline_done(self):
-        self.closure.solve(self.vectors.used)
-        if not self._flags & _SPREAD or self.localization.fixes:
-            self.closure.cancel()  # fixes bound the error: it did not grow with the way, so the way may not share it out
-        self.vectors.seal(self._first_vector, self._first_chain, OUTLINE | SEARCHED)
-        self._end(_REASON_CLOSED, True)
-
     def _end(self, reason, good):
         # In good order: what is mapped is finished, built and sealed.
-        self.walls.finish()
+        self.outline.finish()
         self.reason = reason
         self.finished = good
         if self.vectors.lost:
@@ -274,16 +197,6 @@ class Tvslam:
         if self.vectors.chains_lost:
             self.degraded |= DEGRADED_CHAINS
         self.explorer.end(BUILD if good else FAILED)
-
-    def _build(self):
-        # Long work in slices: spread the closure error, then the CRC of the map.
-        if not self._sealing:
-            if self.closure.step():
-                self.image.begin()
-                self._sealing = True
-        elif self.image.step(_IMAGE_BYTES):
-            self._sealing = False
-            self.explorer.end(DONE)
 
     def _mix(self):
         t = self.tally

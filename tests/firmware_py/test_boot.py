@@ -72,5 +72,6 @@ def test_a_host_that_goes_away_is_named(command):
     assert said
     os.close(slave)
     os.close(master)
-    assert core.communicate(timeout=10)[0].strip() == f"tvslam: {path} was closed by its other end before the mission was done: start both again"
+    end = core.communicate(timeout=10)[0].strip()
+    assert end == f"tvslam: {path} was closed by its other end before the mission was done: start both again"
     assert core.returncode == 3
