@@ -2,6 +2,7 @@
 
 from array import array
 from ..fixed import isqrt, power2
+from ..limits import ANCHORS_MAX
 
 SOURCE_NONE = 0
 SOURCE_STRENGTH = 1
@@ -13,6 +14,8 @@ _GATE_MM = 120          # a range farther off than this and four deviations is a
 _RESIDUAL_MAX_MM = 900
 _UNIT_Q8 = 256
 _TOF_SIGMA_MM = 100
+_SEEN_SHIFT = 3         # over the last eight reports or so
+_SEEN_MAX_MM = 2000
 _PRIOR = 3000           # 29 mm: what dead reckoning is trusted for where the ranges say little
 _UNIT = 2560000         # square millimetres times information
 
@@ -45,6 +48,7 @@ class Uwb:
         self._gamma = 1700
         self._spread_q12 = 0   # relative deviation of a range
         self._alpha_q12 = 4096
+        self._seen_mm = array("h", bytes(2 * ANCHORS_MAX))
         self._sums = array("i", bytes(20))  # a11, a12, a22, b1, b2
 
     def begin(self, parameters, weighted):
@@ -124,6 +128,8 @@ class Uwb:
         gate = _GATE_MM + 4 * deviation
         if gate > _RESIDUAL_MAX_MM:
             gate = _RESIDUAL_MAX_MM
+        if self._prior:
+            deviation = self._seen(anchor, e if e >= 0 else -e, deviation)
         if e > gate or e < -gate:
             self.outliers = (self.outliers + 1) & 0xFFFF
             return False
@@ -138,6 +144,15 @@ class Uwb:
         sums[3] += w * ux * e >> 4
         sums[4] += w * uy * e >> 4
         return True
+
+    def _seen(self, anchor, size, deviation):
+        # What this transmitter's ranges deviate by lately, if that is more than the model says: behind
+        # walls it is many times as much.
+        seen = self._seen_mm[anchor]
+        seen += (size if size < _SEEN_MAX_MM else _SEEN_MAX_MM) - seen >> _SEEN_SHIFT
+        self._seen_mm[anchor] = seen
+        seen = seen * 5 >> 2  # from a mean to a deviation
+        return seen if seen > deviation else deviation
 
     def solve(self):
         prior = self._prior
