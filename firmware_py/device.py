@@ -1,5 +1,6 @@
 # The core behind its link: answers every message, runs a step for each STEP.
 
+from protocol.frame_reader import DUPLICATES
 from protocol.link import Link
 from protocol.parameters import PARAMETERS
 from protocol.schema import ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN
@@ -24,8 +25,9 @@ class Device:
     # receive(buf, size): bytes that a port read, in a bytearray that it lends; answers go out by
     # port.write(buf, size). hello(): say HELLO. Allocates in __init__ only; wire input never raises.
     #
-    # Lockstep: STEP n+1 after n runs a step; n once more gets the retained answer and runs nothing;
-    # any other number gets ERROR. The first STEP locks the parameters and begins the mission.
+    # Lockstep: STEP n+1 after n runs a step (0 follows 2**30 - 1); n once more runs nothing: it gets the
+    # retained answer, in a new epoch the same one in a new frame; any other number gets ERROR. The first
+    # STEP locks the parameters and begins the mission.
 
     def __init__(self, port, boot_id):
         self.port = port
@@ -70,11 +72,15 @@ class Device:
         link = self.link
         step = link.values[0]
         if self.begun and step == self.step_number:
-            link.counters[4] = link.counters[4] + 1 & 0xFFFF
-            self.port.write(link.tx, link.resend_kept())
+            link.reader.count(DUPLICATES)
+            if link.resend_kept():
+                self.port.write(link.tx, link.tx_len)
+            else:
+                self._answer_step()
             return
-        if self.begun and step != self.step_number + 1:
-            self._error(ERROR_STEP_ORDER, STEP, self.step_number + 1)
+        expected = self.step_number + 1 if self.step_number < 0x3FFFFFFF else 0
+        if self.begun and step != expected:
+            self._error(ERROR_STEP_ORDER, STEP, expected)
             return
         core = self.core
         if not self.begun:
@@ -82,16 +88,20 @@ class Device:
             core.begin()
         self.step_number = step
         core.step(link.values)
-        out = link.out
-        out[0] = step
+        self._answer_step()
+        self.telemetry.after_step(step)
+
+    def _answer_step(self):
+        core = self.core
+        out = self.link.out
+        out[0] = self.step_number
         out[1] = core.left_mm_s
         out[2] = core.right_mm_s
         out[3] = core.state
         out[4] = core.ir_state
         out[5] = core.hash_lo
         self.send(STEP_RSP)
-        link.keep()
-        self.telemetry.after_step(step)
+        self.link.keep()
 
     def _answer(self, message_id):
         if message_id == WELCOME:
@@ -167,11 +177,11 @@ class Device:
         out[at + 3] = used - p.heap_boot_bytes if used > p.heap_boot_bytes else 0
 
     def _whole_image(self):
-        # The mission's end has it ready; asked for earlier, it is made at once.
+        # The mission's end has it ready; asked for earlier, it is made (or ended) at once.
         image = self.core.image
         if image.generation != self.core.vectors.generation:
             image.begin()
-            image.step(image.size)
+        image.step(image.size)
 
     def _map_info(self):
         self._whole_image()
@@ -188,7 +198,7 @@ class Device:
         values = self.link.values
         out = self.link.out
         offset = values[1]
-        if values[0] != image.generation or image.generation != self.core.vectors.generation:
+        if values[0] != image.generation or image.generation != self.core.vectors.generation or not image.whole:
             self._error(ERROR_STALE, MAP_READ, self.core.vectors.generation)
             return
         if offset < 0 or offset > image.size:

@@ -133,11 +133,16 @@ class Closure:
             self._at = i + 1
             if self._total:
                 share = (self._length << 10) // self._total
-                s.xs[i + 1] += (self._ex * share // 5 + 512) >> 10
-                s.ys[i + 1] += (self._ey * share // 5 + 512) >> 10
+                s.xs[i + 1] = _int16(s.xs[i + 1] + ((self._ex * share // 5 + 512) >> 10))
+                s.ys[i + 1] = _int16(s.ys[i + 1] + ((self._ey * share // 5 + 512) >> 10))
+                s.generation = (s.generation + 1) & 0xFFFF
         return False
 
 
 def _near(v):
     # polar() takes distances below 16384.
     return 11000 if v > 11000 else -11000 if v < -11000 else v
+
+
+def _int16(v):
+    return 32767 if v > 32767 else -32768 if v < -32768 else v

@@ -13,7 +13,8 @@ class LineFit:
     # 2**shift mm (4 mm at first, doubled each time the wall outgrows 1000 units, so that a wall
     # of 30 m keeps every sum below 2**30), v across it in mm.
     #   add(x, y) -> False when the line is full (1000 samples) or the sample lies out of its frame.
-    #   solve(): slope, mean, direction; then residual(x, y), project(x, y).
+    #   solve(): slope, mean, direction; then residual(x, y), along(x, y).
+    # first, last: its first sample, and the farthest along: a wall of which one comes back ends there.
     # Nothing is allocated after __init__.
 
     def __init__(self):
@@ -33,13 +34,14 @@ class LineFit:
         self._su = self._sv = self._suu = self._suv = self._svv = 0
         self._u = 0
         self._v = 0
+        self._top = 0         # u of `last`
 
     def begin(self, x, y):
         self.n = 1
         self.first_x = self.last_x = self.point_x = x
         self.first_y = self.last_y = self.point_y = y
         self._shift = 2
-        self._su = self._sv = self._suu = self._suv = self._svv = 0
+        self._su = self._sv = self._suu = self._suv = self._svv = self._top = 0
         self.sigma_mm = 0
 
     def add(self, x, y):
@@ -54,6 +56,7 @@ class LineFit:
                 return False
             self._shift += 1
             self._u >>= 1
+            self._top >>= 1
             self._su >>= 1
             self._suv >>= 1
             self._suu >>= 2
@@ -65,8 +68,10 @@ class LineFit:
         self._suv += u * v
         self._svv += v * v
         self.n += 1
-        self.last_x = x
-        self.last_y = y
+        if u >= self._top:
+            self._top = u
+            self.last_x = x
+            self.last_y = y
         if self.n == _ALIGN_AT and self._suu < 60000 and self._svv < 60000:
             self._align()
         return True

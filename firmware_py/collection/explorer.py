@@ -1,6 +1,6 @@
 # Direction control (Paper 3.1, Fig. 2): the state machine that drives the robot round the outline.
 
-from ..fixed import sine, cosine
+from ..fixed import sine, cosine, isqrt
 from .follower import NO_WALL, BOXED_IN
 from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
@@ -24,6 +24,7 @@ _WINDOW_ALIGN = 29100    # ... but any wall will do to align with
 _ALIGNED_BAM = 2731      # 15 degrees
 _FRONT_MM = 50           # free way left when FIND_WALL calls it a wall
 _SPIRAL_MM = 20000       # straight that far without a wall: spiral
+_SPIRAL = 73             # 73 sqrt(256 s / mm) BAM = sqrt(4 pi s / m) rad: one metre wider each turn
 _ARC_BAM = 72818         # 400 degrees of arc without a wall
 _BOXED_TICKS = 400       # 8 s
 _WATCH_TICKS = 150       # 3 s: less than 4 cm in that time is dithering before a gap
@@ -41,8 +42,8 @@ _BUMP_TURN = 6736        # 37 degrees
 class Explorer:
     # step() reads the sensors' interpreters and leaves left_mm_s, right_mm_s, state.
     # mapping: the mapping beam's hit belongs to the wall that is followed.
-    # started, left: set for the one tick in which a barrier's following begins / is given up.
-    # Writes: the hit ring (bumps), Follower.disc_mm. Allocates nothing after __init__.
+    # started, abandoned: set for the one tick in which a barrier's following begins / is given up.
+    # Writes: the hit ring (bumps), Follower.disc_mm, tight_mm. Allocates nothing after __init__.
 
     def __init__(self, odometry, hits, infrared, ir_state, follower):
         self.state = INIT
@@ -66,6 +67,7 @@ class Explorer:
         self._leg_turn = 0
         self._course_turn = 0     # unwrapped heading to keep: FIND_WALL's, or the follower's last
         self._course_held = False
+        self._arcing = False      # no hit to roll along: round to the right until there is one
         self._looked_turn = 0
         self._ticks = 0
         self._boxed = 0
@@ -114,8 +116,10 @@ class Explorer:
     def leave(self):
         # The barrier is done with and was not the outline: look for another wall, away from it.
         # The course changes from try to try, so that no pair of islands can hold the robot.
-        self.walls_tried += 1
+        self.walls_tried = self.walls_tried + 1 & 0xFFFF
         self.mapping = False
+        self.closing = False
+        self._arcing = False
         self._start_leg()
         self._course_turn = self._odometry.turn_bam + 14000 - (self.walls_tried * 5461 & 0x3FFF)
         self.state = FIND_WALL
@@ -139,13 +143,13 @@ class Explorer:
             self._course_turn = o.turn_bam
         error = self._course_turn - o.turn_bam
         far = o.path_mm - self._leg_mm
+        if far > _SPIRAL_MM:
+            # Archimedean, by the way made: who must turn on the spot first is waited for.
+            error += isqrt(far - _SPIRAL_MM << 8) * _SPIRAL
         if f.gap_mm < _FRONT_MM and -3000 < error < 3000:
             self._start_leg()
             self.state = ALIGN
             return
-        if far > _SPIRAL_MM:
-            # Archimedean: one metre wider each turn.
-            self._course_turn += 800 * 1000 // (1000 + (far - _SPIRAL_MM) // 12)
         self.motion.head(error, f.gap_mm, ultrasonic_mm)
 
     def _roll(self, tick, ultrasonic_mm):
@@ -155,7 +159,8 @@ class Explorer:
             self._squeeze_q4 -= 1
         f.disc_mm = self._disc_mm + (self._squeeze_q4 >> 4)
         f.tight_mm = f.body_mm + 4
-        self._watch(tick)
+        if self._watch(tick):
+            return
         if o.path_mm < self._wary_to_mm:
             f.disc_mm += _WARY_MM
             f.tight_mm = f.disc_mm
@@ -172,45 +177,52 @@ class Explorer:
             if self._boxed > _BOXED_TICKS:
                 self._hits.clear()
                 self._boxed = 0
-                self._got_stuck(tick)
+                self._got_stuck()
             return
         if self._boxed:
             self._boxed -= 2
         if heading == NO_WALL:
-            if self.state != CORNER_OUT:
+            if not self._arcing:
                 self._start_leg()
-                self.state = CORNER_OUT
+            self._arcing = True
+            self.state = CORNER_OUT
             self.motion.arc_right(self._disc_mm)
             if self._leg_turn - o.turn_bam > _ARC_BAM:
-                self.abandoned = True
+                self.abandoned = self.mapping  # before that nothing was begun
                 self.leave()
             return
+        self._arcing = False
         self._course_turn = self._looked_turn + heading
         heading = self._course_turn - o.turn_bam
         self.motion.head(heading, f.gap_mm, ultrasonic_mm)
-        if self.state == ALIGN:
-            self._align(heading)
-        else:
+        if self.mapping:
             self._mode()
+        else:
+            self._align(heading)
 
     def _watch(self, tick):
         # A gap that is just passable can look open and shut in turn. Decide: it is shut, for a while.
+        # -> True when that did not help: stuck
         o = self._odometry
         if tick - self._watch_tick < _WATCH_TICKS:
-            return
+            return False
+        stuck = False
         if o.path_mm - self._watch_mm < _WATCH_MM and not self._boxed:
             if o.path_mm < self._wary_to_mm:
+                stuck = True
                 self._hits.clear()
-                self._got_stuck(tick)
+                self._got_stuck()
             self.be_wary(_WARY_PATH_MM)
         self._watch_tick = tick
         self._watch_mm = o.path_mm
+        return stuck
 
     def be_wary(self, path_mm):
         self._wary_to_mm = self._odometry.path_mm + path_mm
 
     def _align(self, heading):
         f = self._follower
+        self.state = ALIGN
         if -_ALIGNED_BAM < heading < _ALIGNED_BAM and f.reference_bearing < 0:
             self._ticks += 1
         else:
@@ -253,7 +265,7 @@ class Explorer:
         if self._recent_bumps > _BUMPS_MAX:
             self._recent_bumps = 0
             self._hits.clear()
-            self._got_stuck(tick)
+            self._got_stuck()
             return
         if nearest < _CLEAR_MM and self._squeeze_q4 < 256:
             self._squeeze_q4 += 128  # a wall that is known: keep 8 mm more from it for a while
@@ -262,13 +274,13 @@ class Explorer:
         self._start_leg()
         self.state = BUMP
 
-    def _got_stuck(self, tick):
+    def _got_stuck(self):
         self.stuck += 1
         if self.stuck > _STUCK_MAX:
             self.state = FAILED
             self.motion.stop()
             return
-        self._resume = ALIGN if self.state == ALIGN else FOLLOW
+        self._resume = FOLLOW if self.mapping else ALIGN
         self._start_leg()
         self.state = STUCK
         self.motion.stop()

@@ -4,6 +4,8 @@ from ..fixed import isqrt
 
 _BASELINE_MM = 2500     # between the two fixes that a heading is taken from (the paper: 0.5 m)
 _BASELINE_MAX_MM = 12000
+_LEASH_MM = 8000        # the frame's anchor stays that near, fix or no fix
+_APART_MM = 20000       # more between two fixes is no turn
 _DRIFT = 9000           # 1 / (0.6 degrees in radians) squared: how far dead reckoning's heading is off by then
 
 
@@ -52,7 +54,13 @@ class Localization:
     def _follow(self):
         o = self._odometry
         f = self._frame
-        f.put(o.x_um // 1000, o.y_um // 1000)
+        x = o.x_um // 1000
+        y = o.y_um // 1000
+        f.put(x, y)
+        x -= f.from_x
+        y -= f.from_y
+        if x > _LEASH_MM or x < -_LEASH_MM or y > _LEASH_MM or y < -_LEASH_MM:
+            f.move(x + f.from_x, y + f.from_y)
         self.x_mm = f.x
         self.y_mm = f.y
         self.heading_bam = (o.heading_bam + f.turn_bam) & 0xFFFF
@@ -94,6 +102,9 @@ class Localization:
             return
         ex = dx - self._mark_dx
         ey = dy - self._mark_dy
+        if not (-_APART_MM < ex < _APART_MM and -_APART_MM < ey < _APART_MM):
+            self._mark(dx, dy)
+            return
         turn = ((x * ey - y * ex) // length) * 10430 // length
         if self._weighted:
             # Each by its own accuracy: the direction's variance is that of two fixes over the length squared.

@@ -60,8 +60,8 @@ class Odometry:
         self.middle_bam = middle
         self.heading_bam = turn
         self.turn_bam += turned
-        if self.turn_bam > 0x1FFFFFFF or self.turn_bam < -0x1FFFFFFF:
-            self.turn_bam = 0
+        if self.turn_bam > 0xFFFFFFF or self.turn_bam < -0xFFFFFFF:
+            self.turn_bam = 0  # 4096 turns one way; the difference of any two stays below 2**30
         s = (left + right) * self._um_q12 + self._rest_um
         self._rest_um = s & 0x1FFF
         s >>= 13

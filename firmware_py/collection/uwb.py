@@ -14,6 +14,8 @@ _GATE_MM = 120          # a range farther off than this and four deviations is a
 _RESIDUAL_MAX_MM = 900
 _UNIT_Q8 = 256
 _TOF_SIGMA_MM = 100
+_DEVIATION_MAX_MM = 800 # a range less accurate than that has no weight
+_SOLUTION_MAX_MM = 4000 # farther off, the geometry is too poor
 _SEEN_SHIFT = 3         # over the last eight reports or so
 _SEEN_MAX_MM = 2000
 _PRIOR = 3000           # 29 mm: what dead reckoning is trusted for where the ranges say little
@@ -77,8 +79,13 @@ class Uwb:
     def shift(self, dx_mm, dy_mm):
         # The estimate has moved by (dx, dy): the reports that count now deviate by so much less.
         s = self._sums
+        if (s[0] + s[2] >> 10) * (abs(dx_mm) + abs(dy_mm)) > 1 << 19:
+            self.clear()  # so far that they were linearised elsewhere, and that a product would pass 2**30
+            return
         s[3] -= s[0] * dx_mm + s[1] * dy_mm
         s[4] -= s[1] * dx_mm + s[2] * dy_mm
+        if abs(s[3]) > 1 << 29 or abs(s[4]) > 1 << 29:
+            self.clear()
 
     def add(self, values, first, x_mm, y_mm):
         n = values[first]
@@ -133,6 +140,8 @@ class Uwb:
         if e > gate or e < -gate:
             self.outliers = (self.outliers + 1) & 0xFFFF
             return False
+        if deviation > _DEVIATION_MAX_MM:
+            return False
         # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
         w = 640000 // (deviation * deviation) if deviation > 25 else 1024  # 64 at 100 mm
         ux = (dx * 64) // expected
@@ -171,8 +180,9 @@ class Uwb:
             q >>= 1
             unit >>= 1
         det = a * c - b * b
-        if self.reports < 6 or det < 4096:
-            return False
+        mean = a + c >> 1
+        if self.reports < 6 or det < 4096 or (prior == 0 and det < mean * mean >> 5):
+            return False  # too few, or all in one direction, within 10 degrees
         self.variance_mm2 = (a + c) * (unit // 2 + 1 >> 6) // (det >> 6)
         while p > 16383 or p < -16384 or q > 16383 or q < -16384:
             a >>= 1
@@ -185,4 +195,4 @@ class Uwb:
             return False
         self.dx_mm = (c * p - b * q) // det
         self.dy_mm = (a * q - b * p) // det
-        return True
+        return abs(self.dx_mm) < _SOLUTION_MAX_MM and abs(self.dy_mm) < _SOLUTION_MAX_MM

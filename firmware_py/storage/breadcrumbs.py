@@ -20,7 +20,7 @@ class Breadcrumbs:
     # One crumb every 25 cm: x, y int16 in 5 mm of the MAP frame, heading u8 (turn / 256), winding
     # int16 (turn / 256), path u16 (cm), vector u16 (records stored when it was dropped).
     # Full: every second crumb goes and the spacing doubles; `lost` counts them.
-    # Cleared at the start of each barrier. Allocates in __init__ only. Written by Explorer.
+    # path stays at 655 m once there. Cleared at the start of each barrier. Allocates in __init__ only. Written by Outline.
 
     RECORD_BYTES = 11
     CAPACITY = CRUMBS_MAX

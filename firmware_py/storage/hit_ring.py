@@ -12,7 +12,7 @@ class HitRing:
     # "Full" overwrites, and counts in `lost`. Cells are found by a hash of 64 chains.
     #
     # Layout: xs, ys int32; stamps u16 tick; nexts, buckets: the chains; heads: first of each.
-    # Allocates in __init__ only. Written by Hits, read by Follower.
+    # Allocates in __init__ only. Written by Infrared and Explorer, read by Follower.
 
     CAPACITY = 64
     RECORD_BYTES = 12  # x, y 4 each, stamp 2, next 1, bucket 1; and 64 B of heads

@@ -10,12 +10,13 @@ _CHAIN = 4
 class MapImage:
     # "TVM1", vectors u16, chains u8, regions u8, nodes u8, edges u8, reserved u16; the vectors, the chains;
     # CRC-32 of all before. byte(i) makes any one of them; no copy of the map is kept.
-    # begin() takes stock; step(n) adds n bytes to the CRC -> True when it is whole; size, generation and
-    # crc (low, high half) then belong to what stood in the store at begin(). Nothing is allocated.
+    # begin() takes stock; step(n) adds n bytes to the CRC -> whole; once it is, size, generation and
+    # crc (low, high half) belong to what stood in the store at begin(). Nothing is allocated.
 
     def __init__(self, store):
         self.size = 0
         self.generation = -1
+        self.whole = False
         self.crc = array("H", bytes(4))
         self._store = store
         self._vectors = 0
@@ -43,9 +44,12 @@ class MapImage:
         self.generation = s.generation
         self.size = _HEADER + self._vectors * _VECTOR + self._chains * _CHAIN + 4
         self._at = 0
+        self.whole = False
         self.crc[0] = self.crc[1] = 65535
 
     def step(self, count):
+        if self.whole:
+            return True
         low = self.crc[0]
         high = self.crc[1]
         while count and self._at < self.size - 4:
@@ -56,14 +60,13 @@ class MapImage:
                 i = low & 15
                 low = (low >> 4 | (high & 15) << 12) ^ self._low[i]
                 high = high >> 4 ^ self._high[i]
-        done = self._at == self.size - 4
-        if done:
+        if self._at == self.size - 4:
             low ^= 65535
             high ^= 65535
-            self._at = self.size
+            self.whole = True
         self.crc[0] = low
         self.crc[1] = high
-        return done
+        return self.whole
 
     def byte(self, i):
         s = self._store

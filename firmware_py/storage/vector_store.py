@@ -25,7 +25,8 @@ class VectorStore:
     #   chain   first u16, count u8, kind | searched | region u8          4 B
     # A chain of over 255 records goes on in the next one. Records are appended to the open
     # chain only. Full: the record is refused and counted in `lost`; what stands stays.
-    # Allocates in __init__ only. Written by WallMapper; `generation` changes with every write.
+    # A vertex beyond int16 (163 m) is clamped there. Allocates in __init__ only. Written by WallMapper,
+    # Outline and Closure; `generation` changes with every write.
 
     RECORD_BYTES = 6
     CAPACITY = VECTORS_MAX
@@ -68,8 +69,8 @@ class VectorStore:
         if c < 0 or i == VECTORS_MAX:
             self.lost = (self.lost + 1) & 0xFFFF
             return False
-        self.xs[i] = x if -32768 <= x <= 32767 else 0
-        self.ys[i] = y if -32768 <= y <= 32767 else 0
+        self.xs[i] = -32768 if x < -32768 else 32767 if x > 32767 else x
+        self.ys[i] = -32768 if y < -32768 else 32767 if y > 32767 else y
         self.sigmas[i] = sigma_mm if sigma_mm < 255 else 255
         self.flags[i] = flags
         self.counts[c] += 1
@@ -136,26 +137,34 @@ class VectorStore:
         self.generation = (self.generation + 1) & 0xFFFF
 
     def drop(self, begin, end):
-        # Forget the records begin..end-1; those behind move down, empty chains go.
+        # Forget the records begin..end-1; those behind move down, empty chains go. A chain that goes on
+        # in the next one is filled from there: only by its 255 records is it known to go on.
         n = end - begin
         if n <= 0 or begin < 0 or end > self.used:
             return
-        for i in range(end, self.used):
-            self.xs[i - n] = self.xs[i]
-            self.ys[i - n] = self.ys[i]
-            self.sigmas[i - n] = self.sigmas[i]
-            self.flags[i - n] = self.flags[i]
         kept = 0
+        goes_on = False
         for c in range(self.chains):
             first = self.firsts[c]
             last = first + self.counts[c]
+            full = self.counts[c] == 255 and not self.flags[last - 1] & CHAIN_END
             first -= 0 if first <= begin else n if first >= end else first - begin
             last -= 0 if last <= begin else n if last >= end else last - begin
+            if goes_on:
+                moved = min(255 - self.counts[kept - 1], last - first)
+                self.counts[kept - 1] += moved
+                first += moved
+            goes_on = full and (goes_on or last > first)
             if last > first:
                 self.firsts[kept] = first
                 self.counts[kept] = last - first
                 self.kinds[kept] = self.kinds[c]
                 kept += 1
         self.chains = kept
+        for i in range(end, self.used):
+            self.xs[i - n] = self.xs[i]
+            self.ys[i - n] = self.ys[i]
+            self.sigmas[i - n] = self.sigmas[i]
+            self.flags[i - n] = self.flags[i]
         self.used -= n
         self.generation = (self.generation + 1) & 0xFFFF
