@@ -14,9 +14,10 @@ DEMO := out/demo
 .DELETE_ON_ERROR:
 
 # Map a furnished home with the core in the MicroPython VM, on a real pty.
+# Another one: make demo HOME_NAME=studio, or HOME_NAME=path/to/home.json
 demo: $(VENV)/.ready
 	@mkdir -p $(DEMO)
-	@$(BIN)/host_tools hil $(HOME_NAME) --target unix --seed $(SEED) --out $(DEMO) --json $(DEMO)/result.json
+	@$(BIN)/host_tools hil "$(HOME_NAME)" --target unix --seed $(SEED) --out $(DEMO) --json $(DEMO)/result.json
 	@echo "The picture is $(DEMO)/map.png, the numbers are in $(DEMO)/result.json, the map is $(DEMO)/map.bin."
 
 test: $(VENV)/.ready-dev

@@ -40,7 +40,9 @@ def main(argv=None):
         if name == chosen:
             module = importlib.import_module(module_name)
             module.add_arguments(command)
-    args = parser.parse_args(argv)
+    args, unknown = parser.parse_known_args(argv)
+    if unknown:
+        (commands.choices[args.command] if args.command else parser).error("unrecognized arguments: " + " ".join(unknown))
     if module is None:
         parser.print_help()
         return 2

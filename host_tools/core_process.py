@@ -17,6 +17,7 @@ from host_tools.processes import Children
 from host_tools.terminal_port import PortClosed, PortError, TerminalPort
 
 TARGETS = "cpython, unix or port:DEVICE"
+HEAP_MIN, HEAP_MAX = 2 << 10, 1024 << 20
 
 
 class CoreError(Exception):
@@ -31,15 +32,22 @@ class TargetError(CoreError):
     code = 2
 
 
-def add_arguments(parser):
-    parser.add_argument("--target", default="unix", metavar="TARGET",
+def add_arguments(parser, again=False):
+    """`again`: on a parser below one that has them already, so that they may stand behind its words, too."""
+    target, heap = (argparse.SUPPRESS, argparse.SUPPRESS) if again else ("unix", "192k")
+    parser.add_argument("--target", default=target, metavar="TARGET",
                         help="unix (default): the MicroPython VM; cpython; or port:DEVICE, a core that already runs there")
-    parser.add_argument("--heap", type=heap_size, default="192k", metavar="SIZE", help="heap of the MicroPython VM (default 192k)")
+    parser.add_argument("--heap", type=heap_size, default=heap, metavar="SIZE", help="heap of the MicroPython VM (default 192k)")
 
 
 def heap_size(text):
-    if not re.fullmatch(r"[1-9][0-9]{0,8}[kKmM]?", text):
-        raise argparse.ArgumentTypeError("'%s' is no size: give bytes, or as in 192k or 1m" % text)
+    """The text of a size that the VM takes; of others it says nothing that helps, or crashes."""
+    if not re.fullmatch(r"[1-9][0-9]{0,9}[kKmM]?", text):
+        raise argparse.ArgumentTypeError("%s is no size: give bytes, or a number with k or m, like 192k" % (text or "(empty)"))
+    size = int(text.rstrip("kKmM")) * {"k": 1 << 10, "m": 1 << 20}.get(text[-1].lower(), 1)
+    if not HEAP_MIN <= size <= HEAP_MAX:
+        raise argparse.ArgumentTypeError("%s is %s the VM can have (%dk to %dm): the core is at home in 192k" % (
+            text, "less than" if size < HEAP_MIN else "more than", HEAP_MIN >> 10, HEAP_MAX >> 20))
     return text
 
 

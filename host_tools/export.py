@@ -1,5 +1,6 @@
 """The files of --out. Those written here are replaced, others in the folder are left alone."""
 
+import contextlib
 import json
 import math
 import os
@@ -24,15 +25,34 @@ def write_all(folder, home, mission, vector_map, result):
         notes += _pictures(folder, home, mission, vector_map, result)
     if vector_map is not None:
         _write_text(folder, "map.geojson", json.dumps(geojson(vector_map, home.name), indent=1) + "\n")
-        with open(os.path.join(folder, "map.bin"), "wb") as file:
+        with whole_file(os.path.join(folder, "map.bin")) as beside, open(beside, "wb") as file:
             file.write(mission.map_bytes)
     write_result(os.path.join(folder, "result.json"), result)
     return notes
 
 
 def write_result(path, result):
-    with open(path, "w", encoding="utf-8") as file:
+    with whole_file(path) as beside, open(beside, "w", encoding="utf-8") as file:
         file.write(json.dumps(result, indent=2, allow_nan=False) + "\n")
+
+
+@contextlib.contextmanager
+def whole_file(path):
+    """A name to write to, which becomes `path` once all is written: a full disk leaves the old file or none, never half of one."""
+    path = os.path.realpath(path)
+    if os.path.exists(path) and not os.path.isfile(path):
+        yield path  # a pipe or /dev/stdout: there is nothing to put in its place
+        return
+    beside = os.path.join(os.path.dirname(path), ".%d-%s" % (os.getpid(), os.path.basename(path)))
+    try:
+        yield beside
+        os.replace(beside, path)
+    except OSError as error:
+        error.filename = path  # a full disk names no file
+        raise
+    finally:
+        with contextlib.suppress(OSError):
+            os.unlink(beside)
 
 
 def geojson(vector_map, name):
@@ -61,12 +81,13 @@ def tum(rows):
 
 def _pictures(folder, home, mission, vector_map, result):
     try:
-        draw_mission(os.path.join(folder, "map.png"), home, mission, vector_map, result)
+        with whole_file(os.path.join(folder, "map.png")) as beside:
+            draw_mission(beside, home, mission, vector_map, result)
     except ImportError:
         return ["map.png was left out: matplotlib is not installed; pip install 'tvslam[plot]' gets it."]
     return []
 
 
 def _write_text(folder, name, text):
-    with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+    with whole_file(os.path.join(folder, name)) as beside, open(beside, "w", encoding="utf-8") as file:
         file.write(text)

@@ -26,21 +26,30 @@ def run(args):
     try:
         check(args)
         home = load_home(args.home)
-        check_places(args, export.FILES)
+        check_places(args, home.path, export.FILES)
         if not args.target.startswith("port:"):
             core_command(args.target, args.heap, "")  # is there an interpreter for it?
-        with signals_as_interrupt(), tempfile.TemporaryDirectory(prefix="tvslam-") as folder:
+        with signals_as_interrupt(), _folder() as folder:
             return _mission(args, home, folder)
     except (UsageError, HomeError) as error:
         print("host_tools hil: %s" % error, file=sys.stderr)
         return 2
 
 
+def _folder():
+    """For the link and what only the scores need; gone after the mission."""
+    try:
+        return tempfile.TemporaryDirectory(prefix="tvslam-")
+    except OSError as error:
+        raise UsageError("no temporary folder can be made (%s); set TMPDIR to a folder that can be written."
+                         % (error.strerror or str(error)).lower()) from None
+
+
 def _mission(args, home, folder):
     log = os.path.abspath(args.log) if args.log else os.path.join(folder, "mission.log")
     truth_path = os.path.join(folder, "truth.bin")
     with contextlib.suppress(FileNotFoundError):
-        os.unlink(log)  # an old log must not pass for this mission's
+        os.truncate(log, 0)  # an old log must not pass for this mission's
     outcome = run_mission(args, os.path.abspath(home.path), folder, log, truth_path, Progress())
     if outcome.exit_code == 2:
         raise UsageError(outcome.sentence)
@@ -51,8 +60,8 @@ def _mission(args, home, folder):
         if args.json:
             export.write_result(args.json, result)
     except OSError as error:  # it could be written before the mission: the disk is full, or the folder has gone
-        outcome = Outcome(2, "the results could not be written: %s" % error)
-    _say(args, home, result, vector_map, notes)
+        outcome = Outcome(2, "%s could not be written: %s" % (error.filename or "the result", (error.strerror or str(error)).lower()))
+    _say(args, home, result, vector_map, notes, kept=outcome.exit_code != 2)
     if outcome.exit_code in (2, 3):
         print("host_tools hil: %s" % outcome.sentence, file=sys.stderr)
         return outcome.exit_code
@@ -81,11 +90,11 @@ def _evaluate(args, home, log, truth_path, outcome):
     return result, mission, vector_map, notes
 
 
-def _say(args, home, result, vector_map, notes):
+def _say(args, home, result, vector_map, notes, kept):
     if vector_map is not None:
         print("\n".join(report.picture(home, vector_map)))
     print("\n".join(report.table(result)))
     for note in notes:
         print(note, file=sys.stderr)
-    if args.out:
+    if args.out and kept:
         print("files           %s" % os.path.join(args.out, ""))

@@ -1,8 +1,11 @@
 """The arguments of `hil`, and what is wrong with them in one sentence each, before anything starts."""
 
+import argparse
 import os
 import re
 import stat
+
+from host_tools.core_process import heap_size
 
 LATER_TARGETS = {"stm32": "the emulated STM32"}
 LINKS_LATER = ("slcan", "slcan-fd", "udp", "semihost")
@@ -45,11 +48,13 @@ def check(args):
     _one_of(args.mode, "--mode", MODES)
     _one_of(args.uwb, "--uwb", UWB)
     _one_of(args.odometry, "--odometry", ODOMETRY)
-    if not re.fullmatch(r"\d{1,10}", args.seed) or int(args.seed) > SEED_MAX:
+    if not re.fullmatch(r"[0-9]{1,10}", args.seed) or int(args.seed) > SEED_MAX:
         raise UsageError("--seed %s is not a whole number from 0 to %d." % (args.seed, SEED_MAX))
     args.seed = int(args.seed)
-    if not re.fullmatch(r"[1-9]\d{0,9}[kKmM]?", args.heap):
-        raise UsageError("--heap %s is not a size: give bytes, or a number with k or m, like %s." % (args.heap, DEFAULT_HEAP))
+    try:
+        heap_size(args.heap)
+    except argparse.ArgumentTypeError as error:
+        raise UsageError("--heap %s." % error) from None
     for setting in args.set:
         if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*=(on|off)", setting):
             raise UsageError("--set %s is not FLAG=on or FLAG=off." % setting)
@@ -84,8 +89,9 @@ def _one_of(value, name, allowed):
         raise UsageError("%s %s is unknown; use %s." % (name, value, ", ".join(allowed)))
 
 
-def check_places(args, out_files):
+def check_places(args, home_path, out_files):
     """Folders are made, files are tried for writing, before the mission: nobody waits for a result that cannot be kept."""
+    _check_names(args, home_path, out_files)
     if args.out:
         _check_folder(args.out)
         for name in out_files:
@@ -94,6 +100,20 @@ def check_places(args, out_files):
     for name, path in (("--json", args.json), ("--log", args.log)):
         if path:
             _check_file(name, path)
+    if args.log and os.path.exists(args.log) and not os.path.isfile(args.log):
+        raise UsageError("--log %s is no regular file, but the log is read back for the scores; give a file's name." % args.log)
+
+
+def _check_names(args, home_path, out_files):
+    """A result must not take the place of what it was made from."""
+    taken = {os.path.realpath(path): what for what, path in (("the home", home_path), ("--robot", args.robot)) if path}
+    written = [("--json", args.json), ("--log", args.log)] + [("--out", os.path.join(args.out, file)) for file in out_files if args.out]
+    for name, path in written:
+        other = taken.get(os.path.realpath(path)) if path else None
+        if other is None and name == "--log" and args.json and path and os.path.realpath(path) == os.path.realpath(args.json):
+            other = "--json"
+        if other is not None:
+            raise UsageError("%s %s is the file of %s, which would be overwritten; give another name." % (name, path, other))
 
 
 def _check_folder(path):

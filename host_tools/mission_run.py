@@ -34,11 +34,15 @@ def run_mission(args, home_path, folder, log, truth, progress):
             argv, root = robot_command(args, home_path, link, log, truth)
             watch.robot = children.start("the virtual robot", argv, on_line=watch.take, cwd=root)
             if relay is not None:
+                progress.note("Waiting for the core on %s (at most half a minute)." % relay.device)
                 watch.relay = relay.start()
             else:
                 argv, root = core_command(args.target, args.heap, link)
                 watch.core = children.start("the core", argv, cwd=root)
-            return watch.outcome()
+            outcome = watch.outcome()
+            # The link's name is ours alone: it tells a user nothing, and is gone by now.
+            outcome.sentence = outcome.sentence.replace(link, relay.device if relay is not None else "the link")
+            return outcome
         except KeyboardInterrupt:
             progress.note("Interrupted: ending the mission, keeping what there is.")
             if watch.robot is not None:
@@ -57,7 +61,8 @@ class _Watch:
         self.progress = progress
         self.events = queue.Queue()
         self.robot = self.core = self.relay = None
-        self.end, self.error = {}, ""
+        self.end, self.error, self.blames = {}, "", "core"
+        self.waiting = False  # the robot awaits the core's first word
 
     def take(self, text):
         """From the reader's thread: one line of the robot's stdout."""
@@ -99,13 +104,19 @@ class _Watch:
             self.end = event
         elif kind == "error":
             self.error = event.get("sentence") or event.get("message") or text
+            self.blames = event.get("blames", self.blames)
+            self.end = event  # how far it came
+        elif kind in ("ready", "start"):
+            self.waiting = kind == "ready"
 
     def _robot_ended(self):
         code = self.robot.popen.returncode
-        if self.core is not None and self.core.wait(CORE_GRACE_S) is None:
+        # Without a mission there was nothing that the core could have seen the end of.
+        if self.core is not None and self.core.wait(CORE_GRACE_S if code != 2 else 0) is None:
             self.core.stop(1.0)
         sentence = self.error or (last_line(self.robot.text()) if code else "")
-        if code == 3 and self.core is not None and self.core.popen.returncode not in (0, None) and self.core.text():
+        if (code == 3 and self.blames == "core" and self.core is not None and self.core.popen.returncode not in (0, None)
+                and self.core.text()):
             sentence = core_sentence(self.core)  # the cause, where the robot only saw the silence
         if code == 130:  # somebody else's signal ended it
             return Outcome(1, "interrupted", self.end, interrupted=True)
@@ -117,10 +128,10 @@ class _Watch:
     def _core_ended(self):
         """The core ended first. The robot may be ending too: what it says of its own arguments comes first."""
         limit = time.monotonic() + CORE_GRACE_S
-        while self.robot.poll() is None and time.monotonic() < limit:
+        while self.robot.poll() is None and time.monotonic() < limit and not self.waiting:
             self._one_event(0.1)
-        if self.robot.poll() in (0, 1, 2):
-            self.drain()
+        self.drain()
+        if self.robot.poll() in (0, 1, 2) or self.blames != "core":
             return self._robot_ended()
         self.robot.stop(1.0)
         self.drain()

@@ -18,7 +18,10 @@ EXIT_USAGE = 2
 
 
 def positive(text):
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
     if not 0 < value < 1e6:
         raise argparse.ArgumentTypeError("%s is not a number above 0" % text)
     return value

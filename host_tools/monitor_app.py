@@ -37,6 +37,11 @@ class MonitorApp(App):
         Binding("q", "leave", "quit"),
         Binding("p", "pause", "pause"),
         Binding("m", "zoom", "map zoom"),
+        Binding("s", "side", "side on/off"),
+        Binding("down", "roll(3)", "scroll", key_display="↑↓"),
+        Binding("up", "roll(-3)", show=False),
+        Binding("pagedown", "roll(15)", show=False),
+        Binding("pageup", "roll(-15)", show=False),
         Binding("ctrl+c", "leave", "quit", show=False),
     ]
 
@@ -56,7 +61,7 @@ class MonitorApp(App):
     def compose(self):
         with Horizontal():
             yield self._map
-            with VerticalScroll(id="side"):
+            with VerticalScroll(id="side", can_focus=False):  # the keys are ours, and stand in the footer
                 yield self._rows
         yield self._status
         yield Footer()
@@ -79,6 +84,16 @@ class MonitorApp(App):
     def action_zoom(self):
         self.zoom = (self.zoom + 1) % len(ZOOMS)
         self.draw(force=True)
+
+    def action_side(self):
+        """In a narrow terminal the map needs the whole width."""
+        side = self.query_one("#side")
+        side.display = not side.display
+        self.call_after_refresh(self.draw, force=True)
+
+    def action_roll(self, lines):
+        """The rows are more than a usual terminal is high."""
+        self.query_one("#side").scroll_relative(y=lines, animate=False)
 
     def _pump(self):
         try:
@@ -105,7 +120,7 @@ class MonitorApp(App):
     def _status_text(self):
         state = self.session.state
         if state.ended:
-            return Text("The mission ended: %s. Press q." % rows.summary(state), style="bold")
+            return Text("Press q. The mission ended: %s." % rows.summary(state), style="bold")
         waiting = self.session.waiting_for()
         text = waiting or "%s at %.0f times real time" % (self.session.port.path, self._measure_speed())
         zoom = "  zoom x%d" % ZOOMS[self.zoom] if self.zoom else ""
@@ -124,7 +139,7 @@ def side_text(state, tap):
     """All rows under their headings, with the robot's beams between them."""
     text = Text()
     for title, part in (
-        ("MISSION", rows.mission_rows(state)), ("INFRARED", None), ("STORES", rows.store_rows(state, 12)),
+        ("MISSION", rows.mission_rows(state)), ("INFRARED", None), ("STORES", rows.store_rows(state, 6)),
         ("MEMORY", rows.memory_rows(state, 12)), ("LINK", rows.link_rows(state, tap)),
     ):
         text.append(title + "\n", style="bold underline")

@@ -13,6 +13,8 @@ from host_tools.braille import Braille, View
 _BLOCKS = " ▏▎▍▌▋▊▉█"
 _ARROWS = "→↗↑↖←↙↓↘"
 _BLANK = 0x2800
+# What the map is made of: full, these refuse, and the mission is the poorer for it. All others replace the oldest by design.
+_REFUSE_WHEN_FULL = ("vectors", "chains", "regions", "nodes", "edges")
 _LINK_FAULTS = ("bad_cobs", "bad_crc", "bad_length", "bad_header", "bad_id", "bad_value", "overrun")
 
 
@@ -59,7 +61,7 @@ def mission_rows(state):
 
 
 def store_rows(state, width=16):
-    """Every store of the core: a bar, used of capacity, bytes, and what was overwritten or lost for want of room."""
+    """Every store of the core: a bar, used of capacity, bytes, and what was replaced or lost for want of room."""
     rows, fixed, fixed_bytes = [], 0, 0
     for index in sorted(state.stores):
         store = state.stores[index]
@@ -70,8 +72,12 @@ def store_rows(state, width=16):
             continue
         text = "%s %*d/%d" % (bar(used, capacity, width), len(str(capacity)), used, capacity)
         text += "  %s B" % number(capacity * store.record_bytes)
-        rows.append((store.name or "store %d" % index, text + (
-            "  lost %s" % number(store.lost) if store.lost else ""), "warn" if store.lost else ""))
+        mood = ""
+        if store.lost:
+            refuses = store.name in _REFUSE_WHEN_FULL
+            text += "  %s %s" % (number(store.lost), "lost" if refuses else "replaced")
+            mood = "warn" if refuses else ""
+        rows.append((store.name or "store %d" % index, text, mood))
     if fixed:
         rows.append(("buffers", "%d of fixed size, %s B" % (fixed, number(fixed_bytes)), ""))
     return rows or [("stores", "not heard yet", "dim")]

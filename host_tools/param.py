@@ -29,12 +29,14 @@ def add_arguments(parser):
     core_process.add_arguments(parser)
     parser.set_defaults(action=None)
     actions = parser.add_subparsers(dest="action", metavar="list|get|set", parser_class=type(parser))
-    actions.add_parser("list", help="a table of all: unit, range, default, value")
+    every = actions.add_parser("list", help="a table of all: unit, range, default, value")
     get = actions.add_parser("get", help="one parameter, all its values if it is an array")
     get.add_argument("name", metavar="NAME[.INDEX]")
     put = actions.add_parser("set", help="set one value")
     put.add_argument("name", metavar="NAME[.INDEX]")
     put.add_argument("value", metavar="VALUE", type=whole)
+    for action in (every, get, put):
+        core_process.add_arguments(action, again=True)
 
 
 def whole(text):

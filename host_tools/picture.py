@@ -1,6 +1,7 @@
 """map.png: the true walls, the mapped vectors, the path as the robot believed it, the dock."""
 
 import os
+import warnings
 
 from host_tools.evaluate import pose_column
 from host_tools.map_file import KIND_OUTLINE
@@ -35,7 +36,9 @@ def draw_mission(path, home, mission, vector_map, result):
     figure.text(left, 1 - 0.3 / high, home.name, fontsize=14, weight="bold", color="#111827", verticalalignment="center")
     figure.text(left, 1 - 0.48 / high, _subtitle(result), fontsize=8.5, color="#4b5563", verticalalignment="top")
     figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=6, fontsize=8, frameon=False)
-    figure.savefig(path)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # a box stands for a letter of the name that no font has
+        figure.savefig(path)
 
 
 def _extent(outline):

@@ -53,7 +53,7 @@ def table(result):
 
 
 def picture(home, vector_map):
-    """The true walls as dots, the mapped vectors as lines."""
+    """The corners of the true walls as dots, the mapped vectors as lines, and a line that says so."""
     xs, ys = [p[0] for p in home.outline], [p[1] for p in home.outline]
     raster = Braille(COLUMNS, ROWS)
     view = View.fit(raster, (min(xs) - PICTURE_MARGIN_M, min(ys) - PICTURE_MARGIN_M,
@@ -63,7 +63,7 @@ def picture(home, vector_map):
             view.dot(x, y)
     for x0, y0, x1, y1 in vector_map.vectors():
         view.line(x0, y0, x1, y1)
-    return [line.replace("\u2800", " ").rstrip() for line in raster.lines()]
+    return [line.replace("\u2800", " ").rstrip() for line in raster.lines()] + ["lines: the map   dots: corners of the true walls", ""]
 
 
 def _n(value, digits=None):

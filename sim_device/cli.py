@@ -11,6 +11,7 @@ from protocol import parameters
 from sim_device.report import JsonReport, PlainReport, ReaderGone
 
 EXIT_FINISHED, EXIT_NOT_FINISHED, EXIT_BAD_INPUT, EXIT_PEER, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
+SEED_MAX = 2 ** 32 - 1
 FLAG_NAMES = tuple(row[0] for row in getattr(parameters, "FLAGS", ()))
 
 EPILOG = """\
@@ -23,9 +24,15 @@ class InputError(Exception):
     """One sentence: which argument, what is wrong with it."""
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        """One sentence with the way out instead of the whole usage text."""
+        self.exit(EXIT_BAD_INPUT, "%s: %s; see %s --help\n" % (self.prog, message, self.prog))
+
+
 def arguments():
-    parser = argparse.ArgumentParser(
-        prog="sim_device", description="The virtual robot in a home, in lockstep with a core on a pty.", epilog=EPILOG)
+    parser = _Parser(
+        prog="sim_device", allow_abbrev=False, description="The virtual robot in a home, in lockstep with a core on a pty.", epilog=EPILOG)
     add = parser.add_argument
     add("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
     add("--link", metavar="PATH", required=True, help="the name to give the pty on which the core is awaited")
@@ -33,7 +40,7 @@ def arguments():
     add("--robot", metavar="TOML", help="the robot's configuration (default: the one shipped)")
     add("--uwb", default="paper", choices=("paper", "rssi_real", "tof", "tof_nlos", "none"), help="how good the UWB receiver is")
     add("--odometry", default="calibrated", choices=("calibrated", "poor"), help="how true wheels and track are")
-    add("--seed", type=int, default=1, metavar="N", help="of every random number of the robot")
+    add("--seed", type=seed, default=1, metavar="N", help="of every random number of the robot")
     add("--mode", default="improved", choices=("improved", "paper"), help="the core's method")
     add("--set", action="append", default=[], metavar="FLAG=on|off", help="switch an improvement: " + (", ".join(FLAG_NAMES) or "none yet"))
     add("--log", metavar="FILE", help="keep every frame")
@@ -54,8 +61,17 @@ def version():
         return "0+unknown (not installed)"
 
 
+def seed(text):
+    if not (text.isascii() and text.isdigit() and int(text) <= SEED_MAX):
+        raise argparse.ArgumentTypeError("%s is not a whole number from 0 to %d" % (text or "(empty)", SEED_MAX))
+    return int(text)
+
+
 def positive(text):
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
     if not 0 < value < 1e9:
         raise argparse.ArgumentTypeError("%s is not a positive number of seconds" % text)
     return value
@@ -77,14 +93,21 @@ def settings(options, told):
 
 
 def check_names(options):
-    """One name, one file: a tap would otherwise take the link's place, a log the truth's."""
-    one = [(what, getattr(options, what)) for what in ("link", "log", "truth", "map")]
-    taken = {}
-    for what, path in one + [("tap", path) for path in options.tap]:
-        if path and (other := taken.setdefault(os.path.realpath(os.path.dirname(path)) + "/" + os.path.basename(path), what)) is not what:
-            raise InputError("--%s %s: --%s has that name already, give another" % (what, path, other))
+    """One name, one file: a tap would otherwise take the link's place, a log the truth's or even the home's."""
+    if not options.link:
+        raise InputError("--link is empty: give the name that the core shall open")
+    taken = {_place(path): what for what, path in (("the home", options.home), ("--robot", options.robot)) if path and os.path.isfile(path)}
+    named = [("--" + what, getattr(options, what)) for what in ("link", "log", "truth", "map")]
+    for what, path in named + [("--tap", path) for path in options.tap]:
+        if path and (other := taken.setdefault(_place(path), what)) is not what:
+            raise InputError("%s %s: %s has that name already, give another" % (what, path, other))
     if len(set(options.tap)) < len(options.tap):
         raise InputError("--tap: two taps have one name, give another")
+
+
+def _place(path):
+    """The name itself, however its folder is spelt: a link may be there already and point anywhere."""
+    return os.path.join(os.path.realpath(os.path.dirname(path)), os.path.basename(path))
 
 
 # Counts SIGINT, SIGTERM and SIGHUP instead of dying of them, while inside `with`.
@@ -132,7 +155,7 @@ def mission(options, report, signals):
     from sim_device.session import Session
     from sim_device.virtual_robot import VirtualRobot
 
-    session = None
+    session, blames = None, "input"
     try:
         check_names(options)
         with contextlib.ExitStack() as stack:
@@ -153,13 +176,13 @@ def mission(options, report, signals):
     except (HomeError, RobotError, LinkError, InputError) as error:
         code, sentence = EXIT_BAD_INPUT, str(error)
     except TraceError as error:
-        code, sentence = EXIT_PEER if session else EXIT_BAD_INPUT, str(error)
+        code, sentence, blames = EXIT_PEER if session else EXIT_BAD_INPUT, str(error), "file"
     except PeerError as error:
-        code, sentence = EXIT_PEER, str(error)
+        code, sentence, blames = EXIT_PEER, str(error), "core"
     else:
         code = EXIT_INTERRUPTED if end["reason"] == "interrupted" else EXIT_FINISHED if end["finished"] else EXIT_NOT_FINISHED
         report.event("end", exit=code, **end)
         return code
     # A mission that broke off still tells how far it came.
-    report.error(sentence, code, **(session.summary(sentence) if session else {}))
+    report.error(sentence, code, blames=blames, **(session.summary(sentence) if session else {}))
     return code

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 BODY_RADIUS_M = 0.17
+NAME_MAX = 100
 HOMES = Path(__file__).with_name("homes")
 _REQUIRED = ("name", "units", "outline", "obstacles", "rooms", "start")
 
@@ -69,12 +70,17 @@ def home_names():
 
 def load_home(path_or_name):
     """A Home from a file, or the shipped one of that name. Raises HomeError."""
-    path = _find(str(path_or_name))
+    try:
+        path = _find(str(path_or_name))
+    except OSError as error:  # a folder on the way that may not be entered, a name too long
+        raise HomeError(f"{str(path_or_name)[:200]}: cannot be read ({error.strerror}); give a readable JSON home file.") from None
     return _Reader(path, _read_json(path)).home()
 
 
 def _find(given):
     path = Path(given)
+    if not given:
+        raise HomeError(f"the home's name is empty; give a path, or a shipped home: {_shipped()}.")
     if path.is_file():
         return path
     if path.is_dir():
@@ -84,6 +90,8 @@ def _find(given):
         if shipped.is_file():
             return shipped
         raise HomeError(f"{given}: neither a file nor a home that ships with this program; give a path, or one of: {_shipped()}.")
+    if path.exists():
+        raise HomeError(f"{given}: is no regular file; save the home to a file of its own first.")
     raise HomeError(f"{given}: no such file; check the path, or give a shipped home: {_shipped()}.")
 
 
@@ -93,7 +101,7 @@ def _shipped():
 
 def _read_json(path):
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # with or without the mark that some editors put first
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "not UTF-8 text"
         raise HomeError(f"{path}: cannot be read ({why}); give a readable JSON home file.") from None
@@ -103,9 +111,20 @@ def _read_json(path):
         where = f" at line {error.lineno} column {error.colno}" if hasattr(error, "lineno") else ""
         raise HomeError(f"{path}: not JSON{where}; export the home again or mend that place.") from None
     if not isinstance(data, dict):
-        raise HomeError(f"{path}: holds a JSON {type(data).__name__} where an object with the keys "
-                        f"{', '.join(_REQUIRED)} is expected.")
+        raise HomeError(f"{path}: holds {_kind(data)} where an object with the keys {', '.join(_REQUIRED)} is expected.")
     return data
+
+
+def _kind(value):
+    """What JSON calls this value."""
+    kinds = {dict: "an object", list: "a list", str: "a text", bool: "true or false", type(None): "null"}
+    return kinds.get(type(value), "a number")
+
+
+def _short(value):
+    """A wrong value as it may stand in a sentence."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 # Checks one parsed file key by key; the first fault raises HomeError.
@@ -118,10 +137,9 @@ class _Reader:
         for key in _REQUIRED:
             if key not in self.data:
                 self._fail(key, "is missing", "add it (a home needs " + ", ".join(_REQUIRED) + ")")
-        if not isinstance(self.data["name"], str) or not self.data["name"]:
-            self._fail("name", "is not a text", "give the home a name")
+        self._name(self.data["name"], "name", "give the home a name")
         if self.data["units"] != "m":
-            self._fail("units", f"is {self.data['units']!r}", 'convert all coordinates to metres and say "m"')
+            self._fail("units", f"is {_short(self.data['units'])}", 'convert all coordinates to metres and say "m"')
         outline = self._ring(self.data["outline"], "outline", ccw=True)
         obstacles = tuple(self._ring(ring, f"obstacles[{i}]", ccw=False)
                           for i, ring in enumerate(self._list(self.data["obstacles"], "obstacles")))
@@ -136,9 +154,16 @@ class _Reader:
     def _fail(self, key, what, way_out):
         raise HomeError(f"{self.path}: '{key}' {what}; {way_out}.")
 
+    def _name(self, value, key, way_out):
+        """A name goes into tables, pictures and names of files: one line that any terminal can show."""
+        if not isinstance(value, str) or not value:
+            self._fail(key, f"is {_kind(value)} instead of a text" if value != "" else "is empty", way_out)
+        if len(value) > NAME_MAX or not value.isprintable():
+            self._fail(key, "is too long or holds a control character", f"{way_out} of at most {NAME_MAX} letters")
+
     def _list(self, value, key):
         if not isinstance(value, list):
-            self._fail(key, f"is not a list but {type(value).__name__}", "give a list, [] if there are none")
+            self._fail(key, f"is {_kind(value)}", "give a list, [] if there are none")
         return value
 
     def _point(self, value, key):
@@ -147,7 +172,7 @@ class _Reader:
         if not ok:
             self._fail(key, "is not a pair of numbers", "give [x, y] in metres")
         if not all(abs(v) < 1e300 and math.isfinite(v) for v in value):
-            self._fail(key, f"holds a coordinate that is not finite: {value}", "give finite numbers in metres")
+            self._fail(key, f"holds a coordinate that is not finite: {_short(value)}", "give finite numbers in metres")
         if not all(abs(v) <= 500 for v in value):
             self._fail(key, f"lies over 500 m from the origin: {value}", "move the home near the origin, in metres")
         return (float(value[0]), float(value[1]))
@@ -178,8 +203,7 @@ class _Reader:
         for part in ("name", "centre", "polygon"):
             if part not in value:
                 self._fail(f"{key}.{part}", "is missing", "give each room a name, a centre and a polygon")
-        if not isinstance(value["name"], str):
-            self._fail(f"{key}.name", "is not a text", "give the room a name")
+        self._name(value["name"], f"{key}.name", "give the room a name")
         centre = self._point(value["centre"], f"{key}.centre")
         # Room polygons are approximate by the format: read, never judged.
         polygon = tuple(self._point(p, f"{key}.polygon[{i}]")

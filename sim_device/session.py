@@ -50,6 +50,12 @@ class Session:
 
     def run(self, wait_s):
         try:
+            return self.summary(self._run(wait_s))
+        finally:
+            self.peer.keep()
+
+    def _run(self, wait_s):
+        try:
             hello = self.peer.meet(wait_s)
             self._set_parameters()
             self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()))
@@ -60,7 +66,7 @@ class Session:
         self._heed = False  # what is asked from here on is short, and a second signal ends it
         if self.peer.hello is not None:
             self._collect(dead_s, must=why != "interrupted")
-        return self.summary(why)
+        return why
 
     def summary(self, reason):
         """The end event's fields. `finished` is what the core says of itself."""

@@ -161,32 +161,33 @@ class Nearby:
 # every segment never changes and is computed once.
 class WallCounter:
     def __init__(self, home, points):
-        rows = home.segments
-        self._x = rows[:, 0].copy()
-        self._y = rows[:, 1].copy()
-        self._ex = rows[:, 2] - rows[:, 0]
-        self._ey = rows[:, 3] - rows[:, 1]
-        first = np.cumsum([0] + [len(ring) for ring in home.rings])
-        self._next = np.arange(len(rows)) + 1  # the vertex at which a segment ends
-        self._next[first[1:] - 1] = first[:-1]
+        # Each ring ends with its first vertex once more: a segment's end is then the next vertex in the
+        # array, and no index is needed. What would join two rings is no segment, and never counts.
+        places = np.vstack([ring + ring[:1] for ring in home.rings])
+        self._x = places[:, 0].copy()
+        self._y = places[:, 1].copy()
+        self._ex = np.diff(self._x)
+        self._ey = np.diff(self._y)
+        is_wall = np.ones(len(self._ex), bool)
+        is_wall[np.cumsum([len(ring) + 1 for ring in home.rings])[:-1] - 1] = False
         self._points = np.array(points, float).reshape(-1, 2)
-        side = self._ex * (self._points[:, 1:] - self._y) - self._ey * (self._points[:, :1] - self._x)
+        side = self._ex * (self._points[:, 1:] - self._y[:-1]) - self._ey * (self._points[:, :1] - self._x[:-1])
         self._point_left = side > 0
         # A point on a wall (a transmitter in a corner) is not behind that wall.
-        self._apart = np.array([
-            [distance2((x, y, ex, ey, 1 / (ex * ex + ey * ey), 0), px, py) > 1e-12
-             for x, y, ex, ey in zip(self._x, self._y, self._ex, self._ey)]
-            for px, py in self._points]).reshape(side.shape)
+        self._counts = np.array([
+            [wall and distance2((x, y, ex, ey, 1 / (ex * ex + ey * ey), 0), px, py) > 1e-12
+             for x, y, ex, ey, wall in zip(self._x, self._y, self._ex, self._ey, is_wall)]
+            for px, py in self._points], bool).reshape(side.shape)
 
     def crossings(self, x, y):
         """Per point, how often the line of sight from (x, y) crosses the border of the free space."""
         dx = self._x - x
         dy = self._y - y
-        here_left = self._ey * dx > self._ex * dy
+        here_left = self._ey * dx[:-1] > self._ex * dy[:-1]
         sight_x = self._points[:, :1] - x
         sight_y = self._points[:, 1:] - y
         vertex_left = sight_x * dy > sight_y * dx
-        split = vertex_left != vertex_left[:, self._next]
+        split = vertex_left[:, 1:] != vertex_left[:, :-1]
         split &= self._point_left != here_left
-        split &= self._apart
+        split &= self._counts
         return split.sum(axis=1)

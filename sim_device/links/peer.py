@@ -36,7 +36,8 @@ class Interrupted(Exception):
 
 # One core at the far end of a Pty. Questions go out one at a time; an unanswered
 # one is repeated, byte for byte, every 200 ms, and after 3 s PeerError names it.
-# Every frame of both directions passes to `taps` and, where given, `log`.
+# Every frame of both directions passes to `taps` and, where given, `log`: while the core is busy with
+# a question, as keeping what passed takes a tenth of a step; keep() hands over what is still held.
 # `newest` holds the last message of every kind, by class; `stores` every STORE by name.
 class Peer:
     def __init__(self, pty, taps, log=None, stop=lambda: False):
@@ -49,6 +50,7 @@ class Peer:
         self._taps = taps
         self._log = log
         self._stop = stop
+        self._passed = []
 
     @property
     def frames(self):
@@ -115,6 +117,7 @@ class Peer:
         write, receive, clock = self._pty.write, self._receive, time.monotonic
         write(wire)
         start_s = sent_s = clock()
+        self.keep()
         while True:
             if receive(20):
                 yield
@@ -128,6 +131,7 @@ class Peer:
             self._look_up(now_s)
 
     def _look_up(self, now_s):
+        self.keep()
         self._taps.service(now_s)
         if self._stop():
             raise Interrupted
@@ -138,7 +142,7 @@ class Peer:
         if not data:
             if data is None:
                 if self.hello is not None:
-                    raise PeerError("the core has closed %s while it was in use" % self._pty.path)
+                    raise PeerError("the core has closed %s while it was in use: start both again" % self._pty.path)
                 self.link.reader.reset()
                 time.sleep(timeout_ms / 1000)
             self._pty.flush()
@@ -159,9 +163,16 @@ class Peer:
         self._pty.write(self.link.welcome(hello))  # our WELCOME was lost
 
     def _passes(self, direction, raw):
-        self._taps.frame(raw)
-        if self._log is not None:
-            self._log.frame(direction, raw)
+        self._passed.append((time.monotonic_ns(), direction, raw))
+
+    def keep(self):
+        """Tap and log get the frames that passed until now."""
+        passed, self._passed = self._passed, []
+        tap, log = self._taps.frame, self._log
+        for now_ns, direction, raw in passed:
+            tap(raw)
+            if log is not None:
+                log.frame(now_ns, direction, raw)
 
     def _check_error(self, asked):
         error = self.newest.pop(_ERROR, None)
@@ -189,4 +200,4 @@ class Peer:
         if counters[BYTES_IN]:
             return "bytes arrive on %s (%d of them), but no frame of this protocol within %g s: something else than the core is there" % (
                 path, counters[BYTES_IN], waited_s)
-        return "nobody answered on %s within %g s: start the core on it, or wait longer with --wait" % (path, waited_s)
+        return "nobody answered on %s within %g s: start the core on it" % (path, waited_s)

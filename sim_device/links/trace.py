@@ -61,8 +61,9 @@ class FrameLog(GrowingFile):
         self.add(self._writer.head(**notes))
         self.flush()  # a disk that takes nothing is found before the mission
 
-    def frame(self, direction, raw):
-        self.add(self._writer.record((time.monotonic_ns() - self._start_ns) // 1000, direction, raw))
+    def frame(self, now_ns, direction, raw):
+        """A raw frame that passed at now_ns of time.monotonic_ns()."""
+        self.add(self._writer.record((now_ns - self._start_ns) // 1000, direction, raw))
 
 
 # The truth beside the log: u32 step, then x_m, y_m, theta_rad as float64, little-endian, after every sense.

@@ -123,8 +123,9 @@ class Uwb:
         walls = (self._walls.crossings(x, y) + self._half) // 2
         heard = (d <= RANGE_MAX_M) & (walls <= WALLS_MAX)
         level, range_m = self._measure(d, walls, x, y)
-        level_cdb = np.rint(level * 100).astype(int).tolist()
-        range_mm = np.clip(np.rint(range_m * 1000), 0, 65534).astype(int).tolist()
+        # A handful of numbers: rounded one by one they cost less than in three more numpy passes.
+        level_cdb = (level * 100).tolist()
+        range_mm = None if range_m is None else (range_m * 1000).tolist()
         order = np.argsort(-level, kind="stable").tolist()
         heard = heard.tolist()
         count = 0
@@ -132,23 +133,24 @@ class Uwb:
             if heard[anchor] and count < RECORDS_MAX:
                 at = start + 1 + 3 * count
                 values[at] = anchor
-                values[at + 1] = level_cdb[anchor]
-                values[at + 2] = range_mm[anchor]
+                values[at + 1] = round(level_cdb[anchor])
+                values[at + 2] = 0 if range_mm is None else min(max(round(range_mm[anchor]), 0), 65534)
                 count += 1
         values[start] = count
 
     def _measure(self, d, walls, x, y):
+        """Level in dB and range in m (None where the preset measures none) of every transmitter."""
         noise = np.array(self._noise.group())
         inaccurate = walls > WALLS_ACCURATE
         path = LEVEL_1M_DB - 10 * GAMMA * np.log10(d)
         if self.preset == "paper":
-            return path + noise * np.where(inaccurate, 10 * PAPER_DB, PAPER_DB), np.zeros_like(d)
+            return path + noise * np.where(inaccurate, 10 * PAPER_DB, PAPER_DB), None
         field = self._field.at(x, y)
         if self.preset == "rssi_real":
             decades = 10 * np.log10(d)
             (p0, g, s), (q0, h, r) = self._site
             level = np.where(walls == 0, -p0 - g * decades + s * field, -q0 - h * decades + r * field)
-            return level + 0.3 * noise, np.zeros_like(d)
+            return level + 0.3 * noise, None
         range_m = d + noise * np.where(inaccurate, 3 * TOF_M, TOF_M)
         if self.preset == "tof_nlos":
             range_m = range_m + walls * 0.25 * np.exp(0.5 * field - 0.125)

@@ -77,4 +77,4 @@ def test_a_heap_too_small_to_boot_is_the_cores_own_sentence(micropython, capsys)
 def test_a_heap_that_is_no_size(capsys):
     with pytest.raises(SystemExit) as left:
         cli.main(["budget", "--heap", "lots"])
-    assert left.value.code == 2 and "'lots' is no size" in capsys.readouterr().err
+    assert left.value.code == 2 and "lots is no size" in capsys.readouterr().err

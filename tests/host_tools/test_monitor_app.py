@@ -62,6 +62,34 @@ def test_m_zooms_and_p_holds_the_picture_while_data_is_still_taken():
     play(script)
 
 
+def test_s_gives_a_narrow_terminal_to_the_map():
+    async def script(app, pilot, cable):
+        story = Story()
+        cable.pieces += [story.frames(step) for step in range(0, 501, 5)]
+        await until(pilot, lambda: "step 500" in screen_text(app))
+        narrow = app.query_one("#map").size.width
+        await pilot.press("s")
+        await until(pilot, lambda: app.query_one("#map").size.width == 80)
+        await pilot.press("s")
+        await until(pilot, lambda: app.query_one("#map").size.width == narrow < 40)
+    play(script, size=(80, 24))
+
+
+def test_arrows_bring_the_last_rows_into_a_low_terminal():
+    async def script(app, pilot, cable):
+        cable.pieces += [Story().frames(step) for step in range(0, 501, 5)]
+        await until(pilot, lambda: "step 500" in screen_text(app))
+        side = app.query_one("#side")
+        assert side.max_scroll_y > 15
+        await pilot.press("down")
+        await until(pilot, lambda: side.scroll_y == 3)
+        await pilot.press("pagedown", "pagedown", "pagedown", "pagedown")
+        await until(pilot, lambda: side.scroll_y == side.max_scroll_y)
+        await pilot.press("up")
+        await until(pilot, lambda: side.scroll_y == side.max_scroll_y - 3)
+    play(script, size=(80, 24))
+
+
 def test_a_closed_port_ends_the_screen_with_its_sentence():
     async def script(app, pilot, cable):
         cable.pieces.append(Story().frames(50))

@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -54,12 +55,13 @@ def test_every_store_has_a_row_with_used_and_capacity():
     assert "  2/768  4,608 B" in text_of(table, "vectors")
 
 
-def test_a_store_that_lost_records_is_marked():
+@pytest.mark.parametrize("name, said, warns", [("vectors", "5 lost", "warn"), ("chains", "5 lost", "warn"), ("points", "5 replaced", "")])
+def test_a_map_that_lost_records_is_marked_and_a_ring_that_goes_round_is_not(name, said, warns):
     state = MonitorState()
-    state.apply(BY_NAME["STORE"](index=0, name="points", used=64, capacity=64, record_bytes=12, lost=5))
+    state.apply(BY_NAME["STORE"](index=0, name=name, used=64, capacity=64, record_bytes=12, lost=5))
     (label, text, mood), = rows.store_rows(state)
-    assert (label, mood) == ("points", "warn")
-    assert text.endswith("lost 5") and "·" not in text
+    assert (label, mood) == (name, warns)
+    assert text.endswith(said) and "·" not in text
 
 
 def test_buffers_of_fixed_size_are_one_row():

@@ -89,6 +89,20 @@ def test_a_port_that_is_none(capsys, path, sentence):
     assert sentence in capsys.readouterr().err
 
 
+def test_the_target_may_stand_behind_the_words(param, capsys):
+    code, said, _, _ = param("get", "speed_max")
+    assert code == 0
+    assert cli.main(["param", "get", "speed_max", "--target", "cpython", "--heap", "1m"]) == 0
+    assert capsys.readouterr().out == said
+
+
+def test_what_no_action_takes_is_refused_in_its_name(capsys):
+    with pytest.raises(SystemExit) as left:
+        cli.main(["param", "list", "--nope"])
+    said = capsys.readouterr().err
+    assert left.value.code == 2 and said.startswith("host_tools param: ") and "--nope" in said and said.count("\n") == 1
+
+
 def test_a_target_that_is_none(capsys):
     assert cli.main(["param", "--target", "moon", "list"]) == 2
     assert "'moon' is no target: give cpython, unix or port:DEVICE" in capsys.readouterr().err

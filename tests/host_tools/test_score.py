@@ -126,6 +126,12 @@ def test_an_outline_that_crosses_itself_keeps_its_area():
     assert enclosed_area(vector_map(chain(overshoot))).area == pytest.approx(12 + 0.01, abs=1e-6)
 
 
+def test_a_knot_of_almost_collinear_vectors_is_measured_all_the_same():
+    # As of a robot that turned on the spot in a box: noding without a grid raises GEOSException on these five points.
+    knot = np.array([(-16, 38), (12, 36), (-30, 38), (20, 36), (-5, 37)]) * 0.005
+    assert 0 < enclosed_area(vector_map(chain(knot))).area < 0.25 * 0.01
+
+
 def test_outline_chains_with_gaps_enclose_the_ring_through_all_of_them():
     broken = vector_map(chain([(0, 0), (4, 0)], closed=False), chain([(4, 0.1), (4, 3), (0, 3), (0, 0.1)], closed=False))
     assert enclosed_area(broken).area == pytest.approx(12, abs=1e-9)

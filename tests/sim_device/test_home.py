@@ -1,6 +1,7 @@
 # Home files: what is read, and one clear sentence for everything that is wrong.
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -97,7 +98,8 @@ def expect_sentence(given, names, words):
 
 
 @pytest.mark.parametrize("text, words", [
-    ("{", ["not JSON", "line 1"]), ("", ["not JSON"]), ("[1, 2]", ["list", "object"]), ("[" * 100000, ["not JSON"])])
+    ("{", ["not JSON", "line 1"]), ("", ["not JSON"]), ("[1, 2]", ["list", "object"]), ("[" * 100000, ["not JSON"]),
+    ("null", ["null", "object"])])
 def test_a_file_that_is_no_home(tmp_path, text, words):
     path = tmp_path / "home.json"
     path.write_text(text)
@@ -108,6 +110,37 @@ def test_a_file_that_is_not_text(tmp_path):
     path = tmp_path / "home.json"
     path.write_bytes(b"\xff\xfe\x00\x9f")
     expect_sentence(path, path, ["not UTF-8"])
+
+
+def test_a_mark_of_the_byte_order_is_no_fault(tmp_path):
+    path = write(tmp_path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert load_home(path).name == "good"
+
+
+@pytest.mark.parametrize("name", ["", "two\nlines", "\x1b[31mred", "\ud800", "n" * 101, 7])
+def test_a_name_that_no_table_can_show_is_refused(tmp_path, name):
+    path = write(tmp_path, name=name)
+    expect_sentence(path, path, ["'name'"])
+    path = write(tmp_path, rooms=[{**GOOD["rooms"][0], "name": name}])
+    expect_sentence(path, path, ["rooms[0].name"])
+    assert load_home(write(tmp_path, name="Küche 家 🏠")).name == "Küche 家 🏠"
+
+
+def test_a_number_without_end_does_not_fill_the_sentence(tmp_path):
+    path = write(tmp_path, start=[10 ** 400, 1])
+    with pytest.raises(HomeError) as caught:
+        load_home(path)
+    assert len(str(caught.value)) < 200 + len(str(path)) and "start" in str(caught.value)
+
+
+def test_a_name_that_no_file_can_have(tmp_path):
+    with pytest.raises(HomeError, match="too long"):
+        load_home("n" * 5000)
+    with pytest.raises(HomeError, match="empty"):
+        load_home("")
+    os.mkfifo(tmp_path / "pipe.json")
+    expect_sentence(tmp_path / "pipe.json", tmp_path / "pipe.json", ["no regular file"])
 
 
 def test_a_file_that_is_not_there(tmp_path):

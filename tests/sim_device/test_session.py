@@ -6,11 +6,13 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
 from protocol import schema
 from protocol.parameters import PARAMETERS
+from sim_device.home import load_home
 from tests.sim_device.fake_core import MAP
 from tests.sim_device.lockstep import PROJECT, Lockstep, messages, read_log
 
@@ -184,14 +186,23 @@ def test_the_mode_reaches_the_core(story, tmp_path):
     (("studio", "--link", "{d}/r", "--robot", "{d}/none.toml"), "none.toml"),
     (("studio", "--link", "{d}/r", "--max-robot-s", "-1"), "--max-robot-s"),
     (("studio",), "--link"),
+    (("studio", "--link", ""), "--link is empty"),
+    (("studio", "--link", "{d}/r", "--seed", "-1"), "--seed: -1 is not a whole number from 0 to 4294967295"),
+    (("studio", "--link", "{d}/r", "--uwb", "gps"), "--uwb"),
+    (("studio", "--link", "{d}/r", "--wait", "long"), "long is not a positive number of seconds"),
+    (("{d}/home.json", "--link", "{d}/r", "--log", "{d}/home.json"), "the home has that name already"),
+    (("studio", "--link", "{d}/r", "--robot", "{d}/file", "--map", "{d}/file"), "--robot has that name already"),
 ])
 def test_bad_input_is_one_sentence(tmp_path, arguments, sentence):
     (tmp_path / "file").write_text("precious")
+    home = load_home("studio").path
+    (tmp_path / "home.json").write_bytes(Path(home).read_bytes())
     command = [sys.executable, "-m", "sim_device", *(part.format(d=tmp_path) for part in arguments)]
     done = subprocess.run(command, cwd=PROJECT, capture_output=True, text=True, timeout=30, env={**os.environ, "COLUMNS": "200"})
     assert done.returncode == 2
-    last = done.stderr.splitlines()[-1]
-    assert sentence in last and last.startswith("sim_device: ") and "Traceback" not in done.stderr
+    said = done.stderr.splitlines()
+    assert len(said) == 1 and sentence in said[0] and said[0].startswith("sim_device: "), done.stderr
+    assert (tmp_path / "home.json").read_bytes() == Path(home).read_bytes()
     assert (tmp_path / "file").read_text() == "precious"
     assert not os.path.lexists(tmp_path / "r")
 
