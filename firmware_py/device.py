@@ -3,10 +3,10 @@
 from protocol.frame_reader import DUPLICATES
 from protocol.link import Link
 from protocol.parameters import PARAMETERS
-from protocol.schema import ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN
 from protocol.tables import (
     WELCOME, IDENTIFY, IDENTITY, PING, PONG, STEP, STEP_RSP, STATUS, STATUS_RSP, STORE,
     MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
+    ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN, PARAMETER_TEXT,
 )
 
 from .inventory import Inventory, STORES
@@ -240,8 +240,6 @@ class Device:
         out[0] = number
         for i in range(4):
             out[1 + i] = row[2 + i]
-        for i in range(8):
-            out[5 + i] = ord(row[1][i]) if i < len(row[1]) else 0
-        for i in range(24):
-            out[13 + i] = ord(row[0][i]) if i < len(row[0]) else 0
+        for i in range(32):
+            out[5 + i] = PARAMETER_TEXT[number * 32 + i]
         self.send(PARAM_INFO)

@@ -7,6 +7,7 @@ from .device import Device
 
 DONE = 15
 EXIT_CLOSED = 3
+EXIT_BUG = 5
 
 if sys.implementation.name == "micropython":
     from .ports.unix import Port, PortError
@@ -16,7 +17,8 @@ else:
 
 def main(path):
     # Opens the link at `path`, waiting for it to appear, and serves it until the other end closes.
-    # -> exit code: 0 if the mission had ended by then, 2 for a path that is no terminal, 3 otherwise.
+    # -> exit code: 0 if the mission had ended by then, 2 for a path that is no terminal, 3 if it had not,
+    # 5 for a bug of ours.
     port = Port()
     device = Device(port, port.random())
     buf = bytearray(RX_BYTES)
@@ -26,10 +28,16 @@ def main(path):
         print("tvslam: " + str(error))
         return 2
     port.lock()
+    allocated = False
     try:
         serve(device, port, buf)
+    except MemoryError:
+        allocated = True
     finally:
         port.unlock()
+    if allocated:
+        print("tvslam: the core asked for memory after boot, which it must never do: please report what you did")
+        return EXIT_BUG
     if device.core.state == DONE:
         return 0
     print("tvslam: " + path + " was closed by its other end before the mission was done: start both again")

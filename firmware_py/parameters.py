@@ -3,7 +3,7 @@
 from array import array
 
 from protocol.parameters import PARAMETERS
-from protocol.schema import PARAM_OK, PARAM_UNKNOWN, PARAM_OUT_OF_RANGE, PARAM_LOCKED
+from protocol.tables import PARAM_OK, PARAM_UNKNOWN, PARAM_OUT_OF_RANGE, PARAM_LOCKED
 
 
 class Parameters:

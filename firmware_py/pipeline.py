@@ -21,6 +21,7 @@ from .storage.vector_store import VectorStore
 
 # protocol/states.py
 _REASON_CLOSED = 1
+_REASON_NO_WALL = 2
 _REASON_STORE_FULL = 3
 _REASON_STUCK = 4
 _REASON_TOO_LONG = 5
@@ -136,7 +137,7 @@ class Tvslam:
         elif e.state == FAILED and not self.reason:
             self._end(_REASON_STUCK, False)
         elif o.path_mm > _PATH_MAX_MM and e.state < BUILD:
-            self._end(_REASON_TOO_LONG, False)
+            self._end(_REASON_TOO_LONG if self.points.count else _REASON_NO_WALL, False)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state

@@ -7,7 +7,7 @@
 import os
 import sys
 
-from protocol import schema, schema_hash
+from protocol import parameters, schema, schema_hash
 
 KINDS = {"u16": 1, "i16": 2, "u8": 3, "i8": 4, "u32": 5, "i32": 6, "p10": 7}
 SIZES = {"u16": 2, "i16": 2, "u8": 1, "i8": 1, "u32": 4, "i32": 4, "p10": 10}
@@ -19,7 +19,7 @@ MARK_BEGIN = "<!-- messages: made by `python -m protocol.describe`, do not edit 
 MARK_END = "<!-- end of messages -->"
 
 TABLES_HEAD = '''\
-# Made from schema.py by `python -m protocol.describe`: do not edit.
+# Made from schema.py and parameters.py by `python -m protocol.describe`: do not edit.
 # The schema as flat tables, so that the core needs neither schema.py nor any
 # work at boot; frozen, all of it stays in flash. A row is a message.
 '''
@@ -81,8 +81,16 @@ def tables_text(messages=schema.MESSAGES):
               "# by row: the kinds of the fields, and of the fields of one item",
               "# 1 u16, 2 i16, 3 u8, 4 i8, 5 u32, 6 i32, 7 p10",
               "HEAD_PLAN = %s" % tuple_of(plan(head) for head in heads), "",
-              "ITEM_PLAN = %s" % tuple_of(plan(item) for item in items)]
+              "ITEM_PLAN = %s" % tuple_of(plan(item) for item in items), "",
+              "# of a PARAM_INFO by parameter: unit (8) and name (24), padded with NUL. As one literal, because",
+              "# on MicroPython a letter taken out of a str may be a new object.",
+              "PARAMETER_TEXT = (%s)" % wrapped(parameter_text()), ""]
+    lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_"))]
     return "\n".join(lines) + "\n"
+
+
+def parameter_text(table=parameters.PARAMETERS):
+    return b"".join(unit.encode().ljust(8, b"\0") + name.encode().ljust(24, b"\0") for name, unit, *_ in table)
 
 
 def wrapped(data):

@@ -92,8 +92,9 @@ def test_a_loop_cut_out_leaves_the_lap_as_if_it_had_not_been():
     assert used <= 17
     for i in range(1, 800):
         a = math.pi + math.pi * i * 6 / 4000
-        said = crumbs.visit(round(8000 / math.tau * math.sin(a)), round(8000 / math.tau * (1 - math.cos(a))), round(a * 65536 / math.tau) & 0xFFFF,
-                            round(a * 65536 / math.tau) - 65536, walk.path_mm + (island + i) * 6, 9, 150)  # fmt: skip
+        turn = round(a * 65536 / math.tau)
+        x, y = round(8000 / math.tau * math.sin(a)), round(8000 / math.tau * (1 - math.cos(a)))
+        said = crumbs.visit(x, y, turn & 0xFFFF, turn - 65536, walk.path_mm + (island + i) * 6, 9, 150)
         if said != OPEN:
             break
     assert said == OUTLINE and 0.8 < i * 6 / 4000 < 1.1

@@ -116,7 +116,11 @@ def test_at_the_border_of_the_map_a_vertex_is_clamped():
 UNIT = st.integers(-32768, 32767)
 
 
-@given(st.lists(st.tuples(UNIT, UNIT, st.integers(0, 15)), min_size=1, max_size=80), st.lists(st.tuples(st.integers(0, 79), UNIT, UNIT), max_size=60))
+RECORD = st.tuples(UNIT, UNIT, st.integers(0, 15))
+SAMPLE = st.tuples(st.integers(0, 79), UNIT, UNIT)
+
+
+@given(st.lists(RECORD, min_size=1, max_size=80), st.lists(SAMPLE, max_size=60))
 def test_any_map_and_any_second_pass_come_to_an_end(records, samples):
     store = vector_store.VectorStore()
     store.open_chain(0)

@@ -99,13 +99,22 @@ def test_a_held_bumper_counts_once():
 def test_a_bump_into_a_known_wall_keeps_8_mm_more_from_it_for_a_while():
     puppet, wall = aligned_with_a_wall()
     core = puppet.core
+    puppet.run(1 + core.tick % 2, ranges=wall)  # it has looked
     core.follower.nearest_mm = 180
-    bumped(puppet, bump=1 << 6, ranges=wall)
+    assert bumped(puppet, bump=1 << 6, ranges=wall).state != states.BUMP
     puppet.step(ranges=wall)
-    if core.state != states.BUMP:
-        assert core.follower.disc_mm >= 207
-        puppet.run(200, ranges=wall)
-        assert core.follower.disc_mm == 200
+    assert core.follower.disc_mm == 207  # 8 mm, decaying by 3 mm a second
+    puppet.run(200, ranges=wall)
+    assert core.follower.disc_mm == 200
+
+
+def test_the_arc_is_counted_from_where_the_wall_was_lost():
+    puppet, _ = aligned_with_a_wall()
+    core = puppet.core
+    core.explorer._leg_turn += 200_000  # a long way round to the right since the last leg began
+    core.explorer.state = states.CORNER_OUT
+    core.hits.clear()
+    assert not puppet.run(100, until=lambda core: core.state == states.FIND_WALL)
 
 
 @pytest.mark.parametrize("sector, x_mm, y_mm", [(0, 170, 0), (2, 0, 170), (4, -170, 0), (6, 0, -170)])

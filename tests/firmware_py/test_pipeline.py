@@ -17,7 +17,7 @@ from tests.house.tree import PROJECT
 
 
 def test_the_numbers_that_the_core_repeats_are_the_protocols():
-    for name in ("INIT", "FIND_WALL", "ALIGN", "FOLLOW", "CORNER_IN", "CORNER_OUT", "CLOSE_CHECK", "BUILD", "BUMP", "FAILED", "DONE", "STUCK"):
+    for name in "INIT FIND_WALL ALIGN FOLLOW CORNER_IN CORNER_OUT CLOSE_CHECK BUILD BUMP FAILED DONE STUCK".split():
         assert getattr(explorer, name) == getattr(states, name), name
     for name in ("CLOSED", "STORE_FULL", "STUCK", "TOO_LONG"):
         assert getattr(pipeline, f"_REASON_{name}") == getattr(states, f"REASON_{name}"), name
@@ -43,7 +43,10 @@ def test_eq_1_as_printed_doubles_the_heading_in_both_modes():
         assert once > 50 and abs(turned(told(mode=mode, flags=1 << 6)) - 2 * once) <= 1
 
 
-@pytest.mark.parametrize("mode, flags, midpoint, spread", [(0, 0x3F, 1, True), (0, 0x3E, 0, True), (0, 0x37, 1, False), (1, 0x3F, 0, False)])
+BY_MODE = [(0, 0x3F, 1, True), (0, 0x3E, 0, True), (0, 0x37, 1, False), (1, 0x3F, 0, False)]
+
+
+@pytest.mark.parametrize("mode, flags, midpoint, spread", BY_MODE)
 def test_the_mode_and_the_flags_reach_the_layers(mode, flags, midpoint, spread):
     core = told(mode=mode, flags=flags)
     assert bool(core.odometry._midpoint) == bool(midpoint) and core.outline.spread == spread

@@ -55,7 +55,10 @@ def test_true_ranges_tell_the_deviation(source, x, y, dx, dy):
     assert math.hypot(uwb.dx_mm - dx, uwb.dy_mm - dy) <= 12 + 0.05 * math.hypot(dx, dy)
 
 
-@given(st.lists(st.tuples(st.integers(0, 4), st.integers(-90, 90)), min_size=8, max_size=40), st.integers(1000, 7000), st.integers(1000, 5000))
+RANGES = st.lists(st.tuples(st.integers(0, 4), st.integers(-90, 90)), min_size=8, max_size=40)
+
+
+@given(RANGES, st.integers(1000, 7000), st.integers(1000, 5000))
 def test_it_is_the_weighted_least_squares_solution(ranges, x, y):
     # time of flight: all weights are equal
     uwb = made(FLIGHT, weighted=0)
