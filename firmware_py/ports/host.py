@@ -8,6 +8,7 @@ import tty
 
 
 _SPIN = 300
+_SLEEPS = 50
 
 
 class PortError(Exception):
@@ -25,6 +26,7 @@ class Port:
         self._fd = -1
         self._poll = select.poll()
         self._view = None
+        self._patience = 0
 
     def open(self, path, buf):
         self._view = memoryview(buf)
@@ -52,9 +54,15 @@ class Port:
         # -> bytes now in buf, -1 when the other end is gone
         try:
             poll = self._poll.poll
-            spin = _SPIN  # as unix.Port: looks a while before it sleeps
+            spin = _SPIN  # as unix.Port: looks a while before it sleeps, unless that was in vain
+            if self._patience < 0:
+                self._patience += 1
+                spin = 0
             while spin and not poll(0):
+                os.sched_yield()
                 spin -= 1
+                if not spin:
+                    self._patience = -_SLEEPS
             if not spin and not poll(timeout_ms):
                 return 0
             size = os.readv(self._fd, [self._view])

@@ -12,6 +12,7 @@ _code = gc.mem_alloc()  # imports so far: the code lies in the heap here
 
 
 _SPIN = 300   # polls of about a microsecond
+_SLEEPS = 50
 
 
 class PortError(Exception):
@@ -32,6 +33,7 @@ class Port:
         self._file = None
         self._poll = select.poll()
         self._buf = None
+        self._patience = 0
 
     def open(self, path, buf):
         self._buf = buf
@@ -73,9 +75,14 @@ class Port:
         # and being woken takes as long.
         poll = self._poll
         spin = _SPIN
+        if self._patience < 0:
+            self._patience += 1
+            spin = 0
         try:
             while spin and not self._ready(poll, 0):
                 spin -= 1
+                if spin == 0:
+                    self._patience = -_SLEEPS  # in vain: leave the processor to the host for a while
             for _ in poll.ipoll(0 if spin else timeout_ms):
                 size = self._file.readinto(self._buf)
                 if size:

@@ -13,6 +13,7 @@ import tty
 
 BACKLOG_BYTES = 4096
 SPIN_S = 0.0004
+SLEEPS = 50
 
 
 class LinkError(Exception):
@@ -29,6 +30,7 @@ class Pty:
         self.dropped = 0
         self._backlog_bytes = backlog_bytes
         self._backlog = bytearray()
+        self._patience = 0
         self._master, slave = os.openpty()
         try:
             tty.setraw(slave)  # the settings stay as long as the master is open
@@ -69,13 +71,20 @@ class Pty:
 
     def _wait(self, timeout_ms):
         # In lockstep the answer is a fraction of a millisecond away: falling asleep for it, and being
-        # woken, takes as long as the answer itself. So look for it a while before going to sleep.
-        poll, clock = self._poll.poll, time.perf_counter
-        end_s = clock() + SPIN_S
+        # woken, takes as long as the answer itself. So look for it a while before going to sleep; but
+        # where that was in vain, on a busy machine, leave the processor to whom we wait for the next times.
+        poll = self._poll.poll
+        if self._patience < 0:
+            self._patience += 1
+            poll(timeout_ms)
+            return
+        end_s = time.perf_counter() + SPIN_S
         while not poll(0):
-            if clock() > end_s:
+            if time.perf_counter() > end_s:
+                self._patience = -SLEEPS
                 poll(timeout_ms)
                 return
+            os.sched_yield()
 
     def write(self, data):
         """Sends, or keeps for later; False if these bytes had to be dropped."""

@@ -163,3 +163,11 @@ def test_a_chain_of_over_255_records_stays_one_when_its_beginning_is_dropped(beg
     assert len(first.xy) == kept == len(left) and not first.closed and len(second.xy) == 5
     assert [round(x / 0.05) for x, _ in first.xy] == left
     assert list(store.counts[: store.chains]) == [*[255] * (kept // 255), kept % 255, 5]
+
+
+def test_a_closed_chain_leads_back_though_another_follows_and_a_long_one_goes_on():
+    store = square_store(5)
+    store.open_chain(1)
+    store.append(0, 0, 0, 0)
+    assert store.next_of(4) == 0
+    assert square_store(300).next_of(254) == 255
