@@ -85,10 +85,6 @@ def power2(exponent_q12):
     return a >> 4 - exponent_q12
 
 
-def clamp(value, low, high):
-    return low if value < low else high if value > high else value
-
-
 def ratio(numerator, denominator, divisor, bits):
     # floor(numerator / denominator / divisor * 2**bits) by long division, two
     # dividers in a row, so that no product is ever formed.

@@ -3,9 +3,9 @@
 import sys
 
 from .limits import HELLO_MS, RX_BYTES
+from .collection.states import DONE
 from .device import Device
 
-DONE = 15
 EXIT_CLOSED = 3
 EXIT_BUG = 5
 

@@ -3,12 +3,13 @@
 from .building.closure import Closure
 from .building.outline import Outline, CLOSING, ISLAND, STRAY, DONE as OUTLINE_DONE
 from .building.walls import WallMapper
-from .collection.explorer import Explorer, CORNER_IN, CORNER_OUT, FOLLOW, BUILD, FAILED, DONE
+from .collection.explorer import Explorer
 from .collection.follower import Follower
 from .collection.infrared import Infrared
 from .collection.ir_state import IrState
 from .collection.localization import Localization
 from .collection.odometry import Odometry
+from .collection.states import CORNER_IN, CORNER_OUT, FOLLOW, BUILD, FAILED, DONE
 from .collection.uwb import Uwb
 from .parameters import Parameters
 from .storage.breadcrumbs import Breadcrumbs
@@ -137,7 +138,7 @@ class Tvslam:
         elif e.state == FAILED and not self.reason:
             self._end(_REASON_STUCK, False)
         elif o.path_mm > _PATH_MAX_MM and e.state < BUILD:
-            self._end(_REASON_TOO_LONG if self.points.count else _REASON_NO_WALL, False)
+            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, False)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
@@ -154,6 +155,8 @@ class Tvslam:
                 y_mm = self.infrared.hit_y[_SIDE]
             self.frame.put(x_mm, y_mm)
             self.outline.add(x_mm, y_mm, self.frame.x, self.frame.y)
+        if e.arcing:
+            return  # no wall here: no loop can close
         came = self.outline.visit(self.localization, o.path_mm, o.turn_bam)
         if came == CLOSING:
             e.closing = True
@@ -210,6 +213,7 @@ class Tvslam:
         t.mix(here.y_mm)
         t.mix(here.heading_bam << 8 | self.state)
         t.mix(self.hits.used << 16 | self.points.count)
+        t.mix((self.left_mm_s & 0x1FFF) << 13 | self.right_mm_s & 0x1FFF)
         if v.generation != self._last_generation:
             self._last_generation = v.generation
             t.mix(v.used << 8 | v.chains)

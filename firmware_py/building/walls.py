@@ -78,6 +78,9 @@ class WallMapper:
         if not self.active:
             return
         self.active = False
+        if not self._has_before and self.line.n < 2:
+            self._store.cancel_chain()  # one hit is no wall
+            return
         self._close_line()
         self._emit(self._end_x, self._end_y, 0, CHAIN_END)
         self._has_before = False

@@ -4,20 +4,7 @@ from ..fixed import sine, cosine, isqrt
 from .follower import NO_WALL, BOXED_IN
 from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
-
-# As protocol/states.py names them.
-INIT = 1
-FIND_WALL = 2
-ALIGN = 3
-FOLLOW = 4
-CORNER_IN = 5
-CORNER_OUT = 6
-CLOSE_CHECK = 7
-BUILD = 12
-BUMP = 13
-FAILED = 14
-DONE = 15
-STUCK = 16
+from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, BUILD, BUMP, FAILED, STUCK
 
 _WINDOW_FOLLOW = 3641    # the reference lies from -200 to +20 degrees ...
 _WINDOW_ALIGN = 29100    # ... but any wall will do to align with
@@ -34,7 +21,7 @@ _WARY_PATH_MM = 1500
 _BUMP_TICKS = 500        # 10 s
 _BUMPS_MAX = 8
 _STUCK_MAX = 6
-_CLEAR_MM = 190          # a hit nearer than that explains a bump
+_CLEAR_MM = 20           # a hit that near to the body explains a bump
 _BACK_MM = 40
 _BUMP_TURN = 6736        # 37 degrees
 
@@ -67,7 +54,8 @@ class Explorer:
         self._leg_turn = 0
         self._course_turn = 0     # unwrapped heading to keep: FIND_WALL's, or the follower's last
         self._course_held = False
-        self._arcing = False      # no hit to roll along: round to the right until there is one
+        self._sonar_mm = 0
+        self.arcing = False       # no hit to roll along: round to the right until there is one
         self._looked_turn = 0
         self._ticks = 0
         self._boxed = 0
@@ -100,14 +88,17 @@ class Explorer:
         if state >= BUILD and state != BUMP and state != STUCK:
             self.motion.stop()
             return
+        if ultrasonic_mm:
+            self._sonar_mm = ultrasonic_mm  # it reports in one tick of three: hold it
+        ultrasonic_mm = self._sonar_mm
         if bump and not self._bump_held and state != BUMP and state != STUCK:
             self._bumped(tick, bump)
             self.motion.stop()
         elif state == BUMP or state == STUCK:
             self._back_off()
         elif state <= FIND_WALL:
-            self._find_wall(ultrasonic_mm)
-            if state == INIT and tick > 1:
+            self._find_wall(tick, ultrasonic_mm)
+            if self.state == INIT and tick > 1:
                 self.state = FIND_WALL
         else:
             self._roll(tick, ultrasonic_mm)
@@ -119,7 +110,7 @@ class Explorer:
         self.walls_tried = self.walls_tried + 1 & 0xFFFF
         self.mapping = False
         self.closing = False
-        self._arcing = False
+        self.arcing = False
         self._start_leg()
         self._course_turn = self._odometry.turn_bam + 14000 - (self.walls_tried * 5461 & 0x3FFF)
         self.state = FIND_WALL
@@ -135,7 +126,7 @@ class Explorer:
         self._leg_turn = self._odometry.turn_bam
         self._ticks = 0
 
-    def _find_wall(self, ultrasonic_mm):
+    def _find_wall(self, tick, ultrasonic_mm):
         o = self._odometry
         f = self._follower
         if self.state == INIT:
@@ -150,7 +141,8 @@ class Explorer:
             self._start_leg()
             self.state = ALIGN
             return
-        self.motion.head(error, f.gap_mm, ultrasonic_mm)
+        if not self._watch(tick):
+            self.motion.head(error, f.gap_mm, ultrasonic_mm)
 
     def _roll(self, tick, ultrasonic_mm):
         f = self._follower
@@ -182,16 +174,16 @@ class Explorer:
         if self._boxed:
             self._boxed -= 2
         if heading == NO_WALL:
-            if not self._arcing:
+            if not self.arcing:
                 self._start_leg()
-            self._arcing = True
+            self.arcing = True
             self.state = CORNER_OUT
             self.motion.arc_right(self._disc_mm)
             if self._leg_turn - o.turn_bam > _ARC_BAM:
                 self.abandoned = self.mapping  # before that nothing was begun
                 self.leave()
             return
-        self._arcing = False
+        self.arcing = False
         self._course_turn = self._looked_turn + heading
         heading = self._course_turn - o.turn_bam
         self.motion.head(heading, f.gap_mm, ultrasonic_mm)
@@ -267,7 +259,7 @@ class Explorer:
             self._hits.clear()
             self._got_stuck()
             return
-        if nearest < _CLEAR_MM and self._squeeze_q4 < 256:
+        if nearest < f.body_mm + _CLEAR_MM and self._squeeze_q4 < 256:
             self._squeeze_q4 += 128  # a wall that is known: keep 8 mm more from it for a while
             return
         self._resume = self.state

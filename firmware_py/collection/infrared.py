@@ -5,7 +5,6 @@ from ..fixed import sine, cosine
 from .infrared_curve import RANGE_MM8
 
 _HIT_MAX_MM = 230     # from the sensor; beyond it a count is over 5 mm
-_HIT_MIN_MM = 25
 _NOTHING_MM = 999
 _GHOST_TICKS = 150    # 3 s: younger points are never erased
 _GHOST_ARC = 31290    # 3 mm beside a ray, as mm * BAM (65536 / 2 pi * 3)
@@ -48,8 +47,7 @@ class Infrared:
             y = y_mm + (d * sine(b) + 16384 >> 15)
             self.hit_x[j] = x
             self.hit_y[j] = y
-            if ranges[j] > _HIT_MIN_MM:
-                self._hits.add(x, y, tick)
+            self._hits.add(x, y, tick)
 
     def erase(self, j, follower, tick):
         # Points of the follower's near list that beam j sees through.

@@ -1,6 +1,7 @@
 # Dead reckoning from encoder pulses (Paper eq. 1 and 2), integers only.
 
 from ..fixed import sine, cosine, ratio
+from ..limits import COORDINATE_MAX_UM
 
 _PULSES_MAX = 64  # a tick; more than 1.4 m/s is a broken encoder (fewer for coarse encoders: see begin)
 
@@ -72,7 +73,7 @@ class Odometry:
         p = s * sine(middle) + self._rest_y
         self.y_um += p >> 15
         self._rest_y = p & 0x7FFF
-        if self.x_um > 0x1FFFFFFF or self.x_um < -0x1FFFFFFF or self.y_um > 0x1FFFFFFF or self.y_um < -0x1FFFFFFF:
+        if abs(self.x_um) > COORDINATE_MAX_UM or abs(self.y_um) > COORDINATE_MAX_UM:
             self.x_um = self.y_um = 0  # 536 m from the dock: no home; absurd input must stay bounded
             self.glitches = (self.glitches + 1) & 0xFFFF
         self.path_um += s if s >= 0 else -s

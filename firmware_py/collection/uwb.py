@@ -12,7 +12,6 @@ _AGE_SHIFT = 5          # each report fades the older ones by 1/32: about three 
 _AXIS_MAX_MM = 20000    # no transmitter is heard farther off
 _GATE_MM = 120          # a range farther off than this and four deviations is an outlier
 _RESIDUAL_MAX_MM = 900
-_UNIT_Q8 = 256
 _TOF_SIGMA_MM = 100
 _DEVIATION_MAX_MM = 800 # a range less accurate than that has no weight
 _SOLUTION_MAX_MM = 4000 # farther off, the geometry is too poor

@@ -57,6 +57,12 @@ class VectorStore:
         self.generation = (self.generation + 1) & 0xFFFF
         return True
 
+    def cancel_chain(self):
+        # The open chain, if nothing stands in it, was none.
+        if self.chains and self.counts[self.chains - 1] == 0:
+            self.chains -= 1
+            self.generation = (self.generation + 1) & 0xFFFF
+
     def append(self, x, y, sigma_mm, flags):
         # x, y in map units. False when a store is full or no chain is open.
         c = self.chains - 1
@@ -91,9 +97,17 @@ class VectorStore:
         c = self.chain_of(i)
         if i + 1 < self.firsts[c] + self.counts[c]:
             return i + 1
-        if c + 1 < self.chains:
-            return self.firsts[c] if self.counts[c] < 255 else i + 1
-        return self.firsts[c] if self.kinds[c] & SEARCHED else -1
+        if self._goes_on(c):
+            return i + 1
+        if c + 1 == self.chains and not self.kinds[c] & SEARCHED:
+            return -1  # still being mapped
+        while c and self._goes_on(c - 1):
+            c -= 1
+        return self.firsts[c]
+
+    def _goes_on(self, c):
+        # Whether chain c is a full one that goes on in the next.
+        return c + 1 < self.chains and self.counts[c] == 255 and not self.flags[self.firsts[c] + 254] & CHAIN_END
 
     def split(self, at, kind):
         # The records from `at` on become chains of their own, of this kind; what was before ends there.
@@ -129,6 +143,8 @@ class VectorStore:
             if not self.kinds[c] & SEARCHED:  # one cut off on the way has its kind
                 self.kinds[c] = kind
         last = self.used - 1
+        while self._goes_on(chain):
+            chain += 1
         if chain + 1 == self.chains and last > first + 1:
             dx = self.xs[last] - self.xs[first]
             dy = self.ys[last] - self.ys[first]

@@ -45,8 +45,3 @@ def test_ratio_is_the_floor(numerator, denominator, divisor, bits):
     exact = (numerator << bits) // (denominator * divisor)
     if exact < 2**29:
         assert fixed.ratio(numerator, denominator, divisor, bits) == exact
-
-
-@given(st.integers(-100, 100), st.integers(-50, 0), st.integers(1, 50))
-def test_clamp(value, low, high):
-    assert fixed.clamp(value, low, high) == min(max(value, low), high)

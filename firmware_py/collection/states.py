@@ -1,0 +1,14 @@
+# The states that the mission goes through, with the numbers of protocol/states.py.
+
+INIT = 1
+FIND_WALL = 2
+ALIGN = 3
+FOLLOW = 4
+CORNER_IN = 5
+CORNER_OUT = 6
+CLOSE_CHECK = 7
+BUILD = 12
+BUMP = 13
+FAILED = 14
+DONE = 15
+STUCK = 16
