@@ -15,10 +15,10 @@ from .telemetry import Telemetry
 
 VERSION = b"tvslam 0.1.0"
 
-_PIECE = 88            # bytes of the map in a MAP_DATA
-_SECTION_HELLO = 0
-_SECTION_VERSION = 1
-_SECTION_STORES = 2
+_PIECE = const(88)            # bytes of the map in a MAP_DATA
+_SECTION_HELLO = const(0)
+_SECTION_VERSION = const(1)
+_SECTION_STORES = const(2)
 
 
 class Device:

@@ -21,34 +21,34 @@ from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
 # protocol/states.py
-_REASON_CLOSED = 1
-_REASON_NO_WALL = 2
-_REASON_STORE_FULL = 3
-_REASON_STUCK = 4
-_REASON_TOO_LONG = 5
+_REASON_CLOSED = const(1)
+_REASON_NO_WALL = const(2)
+_REASON_STORE_FULL = const(3)
+_REASON_STUCK = const(4)
+_REASON_TOO_LONG = const(5)
 # STATUS_RSP.degraded: which store ran full
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
 
-_IR = 3               # where things stand in the values of a STEP
-_SONAR = 11
-_BUMP = 12
-_UWB = 13
-_SIDE = 5             # I6, the mapping beam
-_SIDE_MAX_MM = 250
-_FIX_MM = 100         # two fixes are at least that far apart
-_FIX_EVERY_MM = 1500
-_PAST_MM = 1000
-_PATH_MAX_MM = 1500000
+_IR = const(3)               # where things stand in the values of a STEP
+_SONAR = const(11)
+_BUMP = const(12)
+_UWB = const(13)
+_SIDE = const(5)             # I6, the mapping beam
+_SIDE_MAX_MM = const(250)
+_FIX_MM = const(100)         # two fixes are at least that far apart
+_FIX_EVERY_MM = const(1500)
+_PAST_MM = const(1000)
+_PATH_MAX_MM = const(1500000)
 
 # bits of parameter `flags`, protocol/parameters.py
-_MIDPOINT = 1
-_WALL_OFFSET = 2
-_CORNERS = 4
-_SPREAD = 8
-_DISTANCE_FIXES = 16
-_WEIGHTED = 32
-_EQ1_LITERAL = 64
+_MIDPOINT = const(1)
+_WALL_OFFSET = const(2)
+_CORNERS = const(4)
+_SPREAD = const(8)
+_DISTANCE_FIXES = const(16)
+_WEIGHTED = const(32)
+_EQ1_LITERAL = const(64)
 
 
 class Tvslam:

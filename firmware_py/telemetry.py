@@ -4,7 +4,7 @@ from protocol.tables import POSE, VECTOR, POINT, LINK, MEMORY
 
 from .inventory import STORES
 
-_LINK_COUNTERS = 13
+_LINK_COUNTERS = const(13)
 
 
 class Telemetry:

@@ -4,11 +4,11 @@ from array import array
 from ..fixed import polar, isqrt, sine, cosine
 from ..storage.vector_store import CHAIN_END
 
-_FIRST = 16           # vectors at the outline's start that the overlap is compared with
-_NEAR_MM = 200
-_PRIOR = 3            # weight of "no error" in directions that no wall was seen across
-_SLICE = 24           # vertices a tick, so that a tick stays short
-_SMALL_MM = 8         # not worth moving a map for
+_FIRST = const(16)           # vectors at the outline's start that the overlap is compared with
+_NEAR_MM = const(200)
+_PRIOR = const(3)            # weight of "no error" in directions that no wall was seen across
+_SLICE = const(24)           # vertices a tick, so that a tick stays short
+_SMALL_MM = const(8)         # not worth moving a map for
 
 
 class Closure:

@@ -2,10 +2,10 @@
 
 from ..fixed import polar, isqrt, sine, cosine
 
-_SAMPLES_MAX = 1000
-_EXTENT_MAX = 1000    # units of u; beyond it the unit doubles
-_OFFSET_MAX = 900     # mm of v
-_ALIGN_AT = 16        # samples (32 cm) after which the frame is turned onto the line
+_SAMPLES_MAX = const(1000)
+_EXTENT_MAX = const(1000)    # units of u; beyond it the unit doubles
+_OFFSET_MAX = const(900)     # mm of v
+_ALIGN_AT = const(16)        # samples (32 cm) after which the frame is turned onto the line
 
 
 class LineFit:

@@ -10,13 +10,13 @@ DONE = 2         # the overlap is walked, the outline is whole
 ISLAND = 3       # the barrier was an island; it is recorded
 STRAY = 4        # a loop round an island beside the barrier was cut out: loop_mm
 
-_TOLERANCE_MM = 150
-_DRIFT = 250          # dead reckoning alone: 4 mm a metre are three deviations
-_OVERLAP_MM = 1500    # walked twice, to map the lap's last piece and to measure the closure error
-_JOIN_PATH_MM = 700
-_JOIN_MM = 50
-_STRAYS_MAX = 8
-_SLICE_BYTES = 64     # of the map's CRC a tick
+_TOLERANCE_MM = const(150)
+_DRIFT = const(250)          # dead reckoning alone: 4 mm a metre are three deviations
+_OVERLAP_MM = const(1500)    # walked twice, to map the lap's last piece and to measure the closure error
+_JOIN_PATH_MM = const(700)
+_JOIN_MM = const(50)
+_STRAYS_MAX = const(8)
+_SLICE_BYTES = const(64)     # of the map's CRC a tick
 
 
 class Outline:

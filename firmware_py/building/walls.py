@@ -4,12 +4,12 @@ from .line_fit import LineFit
 from ..storage.frame import Frame
 from ..storage.vector_store import CONCAVE, LONG, CHAIN_END
 
-_SPACING_MM = 20
-_TOLERANCE_MM = 20     # a sample farther from the line is a misfit; two in a row split it
-_JUMP_MM = 200         # farther apart: the chain breaks
-_BACK_MM = 25          # a sample that far back along the line belongs to another face
-_CORNER_MM = 60        # neighbours are intersected if the corner is that near to both
-_PARALLEL_Q14 = 2845   # sin 10 degrees
+_SPACING_MM = const(20)
+_TOLERANCE_MM = const(20)     # a sample farther from the line is a misfit; two in a row split it
+_JUMP_MM = const(200)         # farther apart: the chain breaks
+_BACK_MM = const(25)          # a sample that far back along the line belongs to another face
+_CORNER_MM = const(60)        # neighbours are intersected if the corner is that near to both
+_PARALLEL_Q14 = const(2845)   # sin 10 degrees
 
 
 class WallMapper:

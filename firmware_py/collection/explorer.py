@@ -6,24 +6,24 @@ from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
 from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, BUILD, BUMP, FAILED, STUCK
 
-_WINDOW_FOLLOW = 3641    # the reference lies from -200 to +20 degrees ...
-_WINDOW_ALIGN = 29100    # ... but any wall will do to align with
-_ALIGNED_BAM = 2731      # 15 degrees
-_FRONT_MM = 50           # free way left when FIND_WALL calls it a wall
-_SPIRAL_MM = 20000       # straight that far without a wall: spiral
-_SPIRAL = 73             # 73 sqrt(256 s / mm) BAM = sqrt(4 pi s / m) rad: one metre wider each turn
-_ARC_BAM = 72818         # 400 degrees of arc without a wall
-_BOXED_TICKS = 400       # 8 s
-_WATCH_TICKS = 150       # 3 s: less than 4 cm in that time is dithering before a gap
-_WATCH_MM = 40
-_WARY_MM = 24            # wary: every gap under 45 cm is a wall
-_WARY_PATH_MM = 1500
-_BUMP_TICKS = 500        # 10 s
-_BUMPS_MAX = 8
-_STUCK_MAX = 6
-_CLEAR_MM = 20           # a hit that near to the body explains a bump
-_BACK_MM = 40
-_BUMP_TURN = 6736        # 37 degrees
+_WINDOW_FOLLOW = const(3641)    # the reference lies from -200 to +20 degrees ...
+_WINDOW_ALIGN = const(29100)    # ... but any wall will do to align with
+_ALIGNED_BAM = const(2731)      # 15 degrees
+_FRONT_MM = const(50)           # free way left when FIND_WALL calls it a wall
+_SPIRAL_MM = const(20000)       # straight that far without a wall: spiral
+_SPIRAL = const(73)             # 73 sqrt(256 s / mm) BAM = sqrt(4 pi s / m) rad: one metre wider each turn
+_ARC_BAM = const(72818)         # 400 degrees of arc without a wall
+_BOXED_TICKS = const(400)       # 8 s
+_WATCH_TICKS = const(150)       # 3 s: less than 4 cm in that time is dithering before a gap
+_WATCH_MM = const(40)
+_WARY_MM = const(24)            # wary: every gap under 45 cm is a wall
+_WARY_PATH_MM = const(1500)
+_BUMP_TICKS = const(500)        # 10 s
+_BUMPS_MAX = const(8)
+_STUCK_MAX = const(6)
+_CLEAR_MM = const(20)           # a hit that near to the body explains a bump
+_BACK_MM = const(40)
+_BUMP_TURN = const(6736)        # 37 degrees
 
 
 class Explorer:

@@ -4,15 +4,15 @@ from array import array
 
 from ..fixed import polar
 
-_REACH_MM = 350       # points farther than this block nothing
-_REACH_SQUARED = 350 * 350
-_LINEAR = 109         # BAM a millimetre: 6 degrees a cm outside the disc
-_INSIDE = 131         # 1.2 times as much inside it
-_STEEP = 300          # boxed in: 16 degrees a cm, so that only what the next 5 cm would touch is in the way
-_DEEPEST_MM = -90     # deeper inside makes no difference: the block is half a turn wide by then
-_NARROW = 10377       # 57 degrees: the standing disc and the touching disc disagree
-_SHRINK_MM = 4
-_FRONT = 7300         # 40 degrees: what counts as in front
+_REACH_MM = const(350)       # points farther than this block nothing
+_REACH_SQUARED = const(350 * 350)
+_LINEAR = const(109)         # BAM a millimetre: 6 degrees a cm outside the disc
+_INSIDE = const(131)         # 1.2 times as much inside it
+_STEEP = const(300)          # boxed in: 16 degrees a cm, so that only what the next 5 cm would touch is in the way
+_DEEPEST_MM = const(-90)     # deeper inside makes no difference: the block is half a turn wide by then
+_NARROW = const(10377)       # 57 degrees: the standing disc and the touching disc disagree
+_SHRINK_MM = const(4)
+_FRONT = const(7300)         # 40 degrees: what counts as in front
 
 NO_WALL = 1 << 20     # no point to roll along
 BOXED_IN = 1 << 21    # every heading is blocked

@@ -4,10 +4,10 @@ from array import array
 from ..fixed import sine, cosine
 from .infrared_curve import RANGE_MM8
 
-_HIT_MAX_MM = 230     # from the sensor; beyond it a count is over 5 mm
-_NOTHING_MM = 999
-_GHOST_TICKS = 150    # 3 s: younger points are never erased
-_GHOST_ARC = 31290    # 3 mm beside a ray, as mm * BAM (65536 / 2 pi * 3)
+_HIT_MAX_MM = const(230)     # from the sensor; beyond it a count is over 5 mm
+_NOTHING_MM = const(999)
+_GHOST_TICKS = const(150)    # 3 s: younger points are never erased
+_GHOST_ARC = const(31290)    # 3 mm beside a ray, as mm * BAM (65536 / 2 pi * 3)
 
 
 class Infrared:

@@ -13,7 +13,7 @@ TURN_LEFT = 2   # barrier in front: convex corner
 TURN_RIGHT = 3  # right-hand wall just passed (only I7, -120 deg, sees it): concave corner
 ENCLOSED_TURN = 4
 
-_HYSTERESIS_TICKS = 3
+_HYSTERESIS_TICKS = const(3)
 
 # Entry S - 1 belongs to state S; tests/firmware_py/test_ir_state.py recomputes it from the rule above.
 STATES = (

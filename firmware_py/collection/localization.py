@@ -2,11 +2,11 @@
 
 from ..fixed import isqrt
 
-_BASELINE_MM = 2500     # between the two fixes that a heading is taken from (the paper: 0.5 m)
-_BASELINE_MAX_MM = 12000
-_LEASH_MM = 8000        # the frame's anchor stays that near, fix or no fix
-_APART_MM = 20000       # more between two fixes is no turn
-_DRIFT = 9000           # 1 / (0.6 degrees in radians) squared: how far dead reckoning's heading is off by then
+_BASELINE_MM = const(2500)     # between the two fixes that a heading is taken from (the paper: 0.5 m)
+_BASELINE_MAX_MM = const(12000)
+_LEASH_MM = const(8000)        # the frame's anchor stays that near, fix or no fix
+_APART_MM = const(20000)       # more between two fixes is no turn
+_DRIFT = const(9000)           # 1 / (0.6 degrees in radians) squared: how far dead reckoning's heading is off by then
 
 
 class Localization:

@@ -1,10 +1,10 @@
 # From a wanted heading to the speeds of the two wheels.
 
-_GAIN = 479           # mrad/s a 1000 BAM of error: 5 rad/s a radian
-_SLOW_BAM = 7282      # 40 degrees of error: turn on the spot
-_CREEP_MM_S = 40
-_BRAKE = 3            # mm/s of speed a millimetre of free way
-_SONAR_MM = 400
+_GAIN = const(479)           # mrad/s a 1000 BAM of error: 5 rad/s a radian
+_SLOW_BAM = const(7282)      # 40 degrees of error: turn on the spot
+_CREEP_MM_S = const(40)
+_BRAKE = const(3)            # mm/s of speed a millimetre of free way
+_SONAR_MM = const(400)
 
 
 class Motion:

@@ -3,7 +3,7 @@
 from ..fixed import sine, cosine, ratio
 from ..limits import COORDINATE_MAX_UM
 
-_PULSES_MAX = 64  # a tick; more than 1.4 m/s is a broken encoder (fewer for coarse encoders: see begin)
+_PULSES_MAX = const(64)  # a tick; more than 1.4 m/s is a broken encoder (fewer for coarse encoders: see begin)
 
 
 class Odometry:

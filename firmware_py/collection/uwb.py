@@ -8,17 +8,17 @@ SOURCE_NONE = 0
 SOURCE_STRENGTH = 1
 SOURCE_TIME_OF_FLIGHT = 2
 
-_AGE_SHIFT = 5          # each report fades the older ones by 1/32: about three seconds of them count
-_AXIS_MAX_MM = 20000    # no transmitter is heard farther off
-_GATE_MM = 120          # a range farther off than this and four deviations is an outlier
-_RESIDUAL_MAX_MM = 900
-_TOF_SIGMA_MM = 100
-_DEVIATION_MAX_MM = 800 # a range less accurate than that has no weight
-_SOLUTION_MAX_MM = 4000 # farther off, the geometry is too poor
-_SEEN_SHIFT = 3         # over the last eight reports or so
-_SEEN_MAX_MM = 2000
-_PRIOR = 3000           # 29 mm: what dead reckoning is trusted for where the ranges say little
-_UNIT = 2560000         # square millimetres times information
+_AGE_SHIFT = const(5)          # each report fades the older ones by 1/32: about three seconds of them count
+_AXIS_MAX_MM = const(20000)    # no transmitter is heard farther off
+_GATE_MM = const(120)          # a range farther off than this and four deviations is an outlier
+_RESIDUAL_MAX_MM = const(900)
+_TOF_SIGMA_MM = const(100)
+_DEVIATION_MAX_MM = const(800) # a range less accurate than that has no weight
+_SOLUTION_MAX_MM = const(4000) # farther off, the geometry is too poor
+_SEEN_SHIFT = const(3)         # over the last eight reports or so
+_SEEN_MAX_MM = const(2000)
+_PRIOR = const(3000)           # 29 mm: what dead reckoning is trusted for where the ranges say little
+_UNIT = const(2560000)         # square millimetres times information
 
 
 class Uwb:

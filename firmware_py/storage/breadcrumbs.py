@@ -4,12 +4,12 @@ from array import array
 from ..fixed import sine, cosine
 from ..limits import CRUMBS_MAX
 
-_SPACING_MM = 250
-_LOOK = 4               # crumbs compared a tick: each of 160 comes round in 0.8 s = 24 cm
-_HEADING_BAM = 3641     # 20 degrees
-_TURN_BAM = 7282        # 40 degrees of a whole turn
-_OUTLINE_MM = 4000
-_ISLAND_MM = 1200       # a chair leg is 1.6 m round
+_SPACING_MM = const(250)
+_LOOK = const(4)               # crumbs compared a tick: each of 160 comes round in 0.8 s = 24 cm
+_HEADING_BAM = const(3641)     # 20 degrees
+_TURN_BAM = const(7282)        # 40 degrees of a whole turn
+_OUTLINE_MM = const(4000)
+_ISLAND_MM = const(1200)       # a chair leg is 1.6 m round
 
 OPEN = 0
 OUTLINE_CLOSED = 1      # winding +360: the wall encloses the robot

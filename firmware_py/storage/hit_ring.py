@@ -2,7 +2,7 @@
 
 from array import array
 
-_EMPTY = 255
+_EMPTY = const(255)
 
 
 class HitRing:

@@ -2,9 +2,9 @@
 
 from array import array
 
-_HEADER = 12
-_VECTOR = 6
-_CHAIN = 4
+_HEADER = const(12)
+_VECTOR = const(6)
+_CHAIN = const(4)
 
 
 class MapImage:

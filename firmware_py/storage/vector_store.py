@@ -10,7 +10,7 @@ SNAPPED = 4        # direction snapped to a dominant axis
 CHAIN_END = 8      # last vertex of an open chain: no vector begins here
 VISIT = 16         # bits 4-7 count the passes
 
-_MEET = 40         # 20 cm
+_MEET = const(40)         # 20 cm
 
 # kind of a chain
 OUTLINE = 0
