@@ -54,18 +54,21 @@ def polar(dx, dy):
 
 
 def isqrt(n):
-    # Floor of the square root of 0 <= n < 2**30, bit by bit.
-    root = 0
-    bit = 1 << 28
-    while bit > n:
-        bit >>= 2
-    while bit:
-        if n >= root + bit:
-            n -= root + bit
-            root = (root >> 1) + bit
-        else:
-            root >>= 1
-        bit >>= 2
+    # Floor of the square root of 0 <= n < 2**30: Newton from above, about five rounds.
+    if n < 4096:
+        if n < 2:
+            return n
+        root = 64
+    elif n < 262144:
+        root = 512
+    elif n < 16777216:
+        root = 4096
+    else:
+        root = 32768
+    better = (root + n // root) >> 1
+    while better < root:
+        root = better
+        better = (root + n // root) >> 1
     return root
 
 
