@@ -10,7 +10,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 DEMO := out/demo
 
-.PHONY: demo test lint bench soak clean
+.PHONY: demo image test lint bench soak clean
 .DELETE_ON_ERROR:
 
 # Map a furnished home with the core in the MicroPython VM, on a real pty.
@@ -19,6 +19,10 @@ demo: $(VENV)/.ready
 	@mkdir -p $(DEMO)
 	@$(BIN)/host_tools hil "$(HOME_NAME)" --target unix --seed $(SEED) --out $(DEMO) --json $(DEMO)/result.json
 	@echo "The picture is $(DEMO)/map.png, the numbers are in $(DEMO)/result.json, the map is $(DEMO)/map.bin."
+
+# The firmware image for the emulated STM32; the first one takes a minute.
+image: $(VENV)/.ready
+	@$(BIN)/host_tools flash --target stm32
 
 test: $(VENV)/.ready-dev
 	@$(BIN)/python -m pytest $(TESTS) -m "not soak"

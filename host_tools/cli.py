@@ -17,6 +17,7 @@ SUBCOMMANDS = {
     "monitor": ("host_tools.monitor", "watch a running core on a port or a tap"),
     "budget": ("host_tools.budget", "what each store and buffer of the core costs, byte by byte"),
     "param": ("host_tools.param", "list, read or set the core's parameters"),
+    "flash": ("host_tools.flash", "build the firmware image with the core in its flash, and check it"),
     "homes": ("host_tools.homes", "list, check or draw homes"),
     "robot-drawing": ("host_tools.robot_drawing", "draw the sensor mounting from the robot's configuration"),
 }

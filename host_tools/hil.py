@@ -16,6 +16,7 @@ from host_tools.mission_log import LogError, read_mission
 from host_tools.mission_run import Outcome, run_mission
 from host_tools.processes import signals_as_interrupt
 from host_tools.progress import Progress
+from host_tools.qemu import qemu_command
 from host_tools.score import HomeTruth
 from sim_device.home import HomeError, load_home
 
@@ -27,7 +28,9 @@ def run(args):
         check(args)
         home = load_home(args.home)
         check_places(args, home.path, export.FILES)
-        if not args.target.startswith("port:"):
+        if args.target == "stm32":
+            qemu_command()
+        elif not args.target.startswith("port:"):
             core_command(args.target, args.heap, "")  # is there an interpreter for it?
         with signals_as_interrupt(), _folder() as folder:
             return _mission(args, home, folder)
@@ -83,6 +86,7 @@ def _evaluate(args, home, log, truth_path, outcome):
             notes.append("No map to score: %s." % why_not)
     except LogError as error:
         notes.append(str(error))
+    result["tick"] |= outcome.tick
     if outcome.exit_code == 3 or outcome.interrupted:
         result["finished"], result["reason"] = False, outcome.sentence
     elif not result["finished"] and result["reason"] in ("", "running"):

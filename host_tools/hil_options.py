@@ -7,12 +7,13 @@ import stat
 
 from host_tools.core_process import heap_size
 
-LATER_TARGETS = {"stm32": "the emulated STM32"}
-LINKS_LATER = ("slcan", "slcan-fd", "udp", "semihost")
+LINKS_LATER = ("slcan", "slcan-fd", "udp")
 UWB = ("paper", "rssi_real", "tof", "tof_nlos", "none")
 ODOMETRY = ("calibrated", "poor")
 MODES = ("improved", "paper")
+DEFAULT_HEAPS = {"stm32": "27k"}
 DEFAULT_HEAP = "192k"
+STM32_HEAP_MAX = 112 << 10  # of 128 KB RAM, beside the stack
 SEED_MAX = 2 ** 32 - 1
 
 
@@ -22,13 +23,13 @@ class UsageError(Exception):
 
 def add_arguments(parser):
     parser.add_argument("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
-    parser.add_argument("--target", default="unix", help="where the core runs: unix (default), cpython, port:DEV")
-    parser.add_argument("--link", default="pty", help="what joins robot and core: pty")
+    parser.add_argument("--target", default="unix", help="where the core runs: unix (default), cpython, stm32 (emulated), port:DEV")
+    parser.add_argument("--link", default="pty", help="what joins robot and core: pty (default), or on stm32 also semihost")
     parser.add_argument("--mode", default="improved", help="improved (default) or paper: every improvement off")
     parser.add_argument("--uwb", default="paper", help="error of the UWB receiver: %s" % ", ".join(UWB))
     parser.add_argument("--odometry", default="calibrated", help="error of the wheels: %s" % ", ".join(ODOMETRY))
     parser.add_argument("--seed", default="1", help="seed of every error and of the stops (default 1)")
-    parser.add_argument("--heap", default=DEFAULT_HEAP, help="heap of the MicroPython VM on unix (default 192k)")
+    parser.add_argument("--heap", default=None, help="heap of the MicroPython VM (default 192k on unix, 27k on stm32)")
     parser.add_argument("--realtime", action="store_true", help="no faster than the robot would drive")
     parser.add_argument("--log", metavar="FILE", help="keep the log of every frame")
     parser.add_argument("--json", metavar="FILE", help="write the result file")
@@ -51,10 +52,13 @@ def check(args):
     if not re.fullmatch(r"[0-9]{1,10}", args.seed) or int(args.seed) > SEED_MAX:
         raise UsageError("--seed %s is not a whole number from 0 to %d." % (args.seed, SEED_MAX))
     args.seed = int(args.seed)
+    args.heap = DEFAULT_HEAPS.get(args.target, DEFAULT_HEAP) if args.heap is None else args.heap
     try:
         heap_size(args.heap)
     except argparse.ArgumentTypeError as error:
         raise UsageError("--heap %s." % error) from None
+    if args.target == "stm32" and heap_bytes(args.heap) > STM32_HEAP_MAX:
+        raise UsageError("--heap %s does not fit the STM32F205's 128 KB of RAM; give at most %dk." % (args.heap, STM32_HEAP_MAX >> 10))
     for setting in args.set:
         if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*=(on|off)", setting):
             raise UsageError("--set %s is not FLAG=on or FLAG=off." % setting)
@@ -62,16 +66,19 @@ def check(args):
         raise UsageError("--robot %s is not a file; give a robot configuration in TOML." % args.robot)
 
 
+def heap_bytes(text):
+    return int(text.rstrip("kKmM")) << {"k": 10, "m": 20}.get(text[-1].lower(), 0)
+
+
 def _not_built(args):
-    kind = args.target.split(":", 1)[0]
-    if kind in LATER_TARGETS:
-        raise UsageError("--target %s (%s) is not built yet; use unix, cpython or port:DEV." % (args.target, LATER_TARGETS[kind]))
-    if args.target not in ("unix", "cpython") and not re.fullmatch(r"port:.+", args.target):
-        raise UsageError("--target %s is unknown; use unix, cpython or port:DEV (a board's serial port)." % args.target)
+    if args.target not in ("unix", "cpython", "stm32") and not re.fullmatch(r"port:.+", args.target):
+        raise UsageError("--target %s is unknown; use unix, cpython, stm32 or port:DEV (a board's serial port)." % args.target)
     if args.link in LINKS_LATER or args.link.startswith("socketcan:"):
         raise UsageError("--link %s is not built yet; use pty." % args.link)
-    if args.link != "pty":
-        raise UsageError("--link %s is unknown; use pty." % args.link)
+    if args.link == "semihost" and args.target != "stm32":
+        raise UsageError("--link semihost is the emulator's: it goes with --target stm32; use pty.")
+    if args.link not in ("pty", "semihost"):
+        raise UsageError("--link %s is unknown; use pty, or with --target stm32 also semihost." % args.link)
     if args.faults is not None:
         raise UsageError("--faults is not built yet; leave it out.")
     if args.task == "clean":

@@ -5,7 +5,8 @@ import os
 import sys
 
 from host_tools.core_process import CoreError, command, packages_folder
-from host_tools.hil_options import UsageError
+from host_tools.hil_options import UsageError, heap_bytes
+from host_tools.qemu import EmulatorError
 
 
 def core_command(target, heap, link):
@@ -14,6 +15,16 @@ def core_command(target, heap, link):
         return command(target, heap, link), packages_folder()
     except CoreError as error:
         raise UsageError(str(error)) from None
+
+
+def stm32_image(heap, say):
+    """The firmware image for the emulator, built where it is not kept already."""
+    from host_tools.stm32_image import ImageError, image  # here: the other targets need none of it
+    try:
+        return image(heap_bytes(heap), progress=say)
+    except ImageError as error:
+        sentence = "\n".join([*error.lines, str(error)])
+        raise (UsageError if error.code == 2 else EmulatorError)(sentence) from None
 
 
 def robot_command(args, home_path, link, log, truth):

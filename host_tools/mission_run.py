@@ -6,10 +6,13 @@ import queue
 import time
 from dataclasses import dataclass, field
 
-from host_tools.launch import core_command, robot_command
+from host_tools.launch import core_command, robot_command, stm32_image
 from host_tools.processes import Children
+from host_tools.qemu import USART, Emulator, EmulatorError
 from host_tools.relay import Relay
 
+LINK_S = 10.0  # for the robot to make its link
+SILENT_GRACE_S = 0.3  # for one that has been silent for 3 s already
 CORE_GRACE_S = 2.0  # for the core to see the hang-up by itself
 
 
@@ -20,6 +23,7 @@ class Outcome:
     sentence: str = ""
     end: dict = field(default_factory=dict)
     interrupted: bool = False
+    tick: dict = field(default_factory=dict)  # what the steps cost in instructions, where the target counts them
 
 
 def run_mission(args, home_path, folder, log, truth, progress):
@@ -27,13 +31,21 @@ def run_mission(args, home_path, folder, log, truth, progress):
     link = os.path.join(folder, "link")
     with Children() as children:
         watch = _Watch(progress)
-        relay = None
+        relay = emulator = None
         try:
             # The port is opened first: a board that is not there is said before anything starts.
             relay = Relay(args.target[len("port:"):], link) if args.target.startswith("port:") else None
+            emulator = _booted(args, children, progress) if args.target == "stm32" else None
+            if emulator is not None and args.link == "pty":
+                relay = Relay(emulator.link_device, link, whole_frames=True)
             argv, root = robot_command(args, home_path, link, log, truth)
             watch.robot = children.start("the virtual robot", argv, on_line=watch.take, cwd=root)
-            if relay is not None:
+            if emulator is not None:
+                watch.core = emulator
+                if relay is not None:
+                    relay.start()
+                _start_core(emulator, watch, USART if relay is not None else link)
+            elif relay is not None:
                 progress.note("Waiting for the core on %s (at most half a minute)." % relay.device)
                 watch.relay = relay.start()
             else:
@@ -42,7 +54,11 @@ def run_mission(args, home_path, folder, log, truth, progress):
             outcome = watch.outcome()
             # The link's name is ours alone: it tells a user nothing, and is gone by now.
             outcome.sentence = outcome.sentence.replace(link, relay.device if relay is not None else "the link")
+            if emulator is not None:
+                outcome.tick = emulator.tick
             return outcome
+        except EmulatorError as error:
+            return Outcome(3, str(error), watch.end)
         except KeyboardInterrupt:
             progress.note("Interrupted: ending the mission, keeping what there is.")
             if watch.robot is not None:
@@ -51,8 +67,27 @@ def run_mission(args, home_path, folder, log, truth, progress):
             return Outcome(1, "interrupted", watch.end, interrupted=True)
         finally:
             progress.clear()
+            if emulator is not None:
+                emulator.stop()
             if relay is not None:
                 relay.close()
+
+
+def _booted(args, children, progress):
+    emulator = Emulator(children, stm32_image(args.heap, progress.note))
+    emulator.boot()
+    return emulator
+
+
+def _start_core(emulator, watch, link):
+    """The emulator opens the link by its name, which the robot makes."""
+    limit = time.monotonic() + LINK_S
+    while link != USART and not os.path.exists(link):
+        if watch.robot.poll() is not None or time.monotonic() > limit:
+            return  # the robot's outcome says why
+        time.sleep(0.01)
+    emulator.start_core(link)
+    emulator.await_core()
 
 
 # Follows the events of the virtual robot and the life of the core until one of them ends.
@@ -112,12 +147,15 @@ class _Watch:
     def _robot_ended(self):
         code = self.robot.popen.returncode
         # Without a mission there was nothing that the core could have seen the end of.
-        if self.core is not None and self.core.wait(CORE_GRACE_S if code != 2 else 0) is None:
+        emulated = isinstance(self.core, Emulator)
+        grace_s = 0 if code == 2 else SILENT_GRACE_S if emulated and code == 3 else CORE_GRACE_S
+        if self.core is not None and self.core.wait(grace_s) is None:
             self.core.stop(1.0)
         sentence = self.error or (last_line(self.robot.text()) if code else "")
         if (code == 3 and self.blames == "core" and self.core is not None and self.core.popen.returncode not in (0, None)
                 and self.core.text()):
-            sentence = core_sentence(self.core)  # the cause, where the robot only saw the silence
+            # The cause, where the robot only saw the silence.
+            sentence = "; ".join(part for part in (sentence if emulated else "", core_sentence(self.core)) if part)
         if code == 130:  # somebody else's signal ended it
             return Outcome(1, "interrupted", self.end, interrupted=True)
         if code not in (0, 1, 2, 3):
@@ -140,6 +178,8 @@ class _Watch:
 
 def core_sentence(core):
     """What the core said when it gave up, as one sentence."""
+    if isinstance(core, Emulator):
+        return core.sentence()
     text, code = core.text(), core.popen.returncode
     if "MemoryError" in text and "Traceback" in text:
         return ("the core ran out of heap while it was loading (%s); give a larger --heap, 192k is the default"

@@ -6,6 +6,7 @@ Bytes pass unchanged in both directions; frames are the two ends' business.
 import os
 import select
 import threading
+import time
 
 import serial
 
@@ -14,13 +15,16 @@ from host_tools.terminal_port import PortError, TerminalPort
 
 BAUD = 115200
 WAIT_FOR_LINK_S = 10.0
+FRAME_S = 0.002     # no longer is a frame waited for within
+GATHER_S = 0.0001
 
 
 # Contract: the board's port is opened in __init__ (UsageError if it cannot be); `start` copies in a
-# thread until `close`; `failure` is a sentence once an end is gone in mid-mission.
+# thread until `close`, what comes from the board by frames if `whole_frames`; `failure` is a sentence
+# once an end is gone in mid-mission.
 class Relay:
-    def __init__(self, device, link):
-        self.device, self.link = device, link
+    def __init__(self, device, link, whole_frames=False):
+        self.device, self.link, self.whole_frames = device, link, whole_frames
         self.failure = ""
         self._stop = threading.Event()
         self._thread = None
@@ -55,10 +59,18 @@ class Relay:
         if robot.fd in ready:
             self.board.write(robot.read())
         if self.board.fileno() in ready:
-            data = os.read(self.board.fileno(), 4096)
-            if not data:
-                raise serial.SerialException("it was unplugged or closed at its other end")
+            data = self._take()
+            # An emulator's port hands over byte by byte: a frame, which ends with a 0, wakes the robot once.
+            while self.whole_frames and data[-1] and select.select([self.board.fileno()], [], [], FRAME_S)[0]:
+                time.sleep(GATHER_S)
+                data += self._take()
             robot.write(data)
+
+    def _take(self):
+        data = os.read(self.board.fileno(), 4096)
+        if not data:
+            raise serial.SerialException("it was unplugged or closed at its other end")
+        return data
 
 
 def _why(device, error):

@@ -112,12 +112,16 @@ class Link:
 
     def keep(self):
         # Retains the frame in tx: the answer to the step just done.
-        self._kept[:] = self.tx
+        # The two buffers change places: a slice would be an object on the heap of MicroPython 1.25.
+        kept = self._kept
+        self._kept = self.tx
+        self.tx = kept
         self._kept_len = self.tx_len
 
     def resend_kept(self):
         # The retained frame once more, byte for byte. -> tx_len, 0 if there is none in this epoch
-        self.tx[:] = self._kept
+        for i in range(self._kept_len):
+            self.tx[i] = self._kept[i]
         self.tx_len = self._kept_len
         if self.tx_len:
             self.reader.count_out(self.tx_len)

@@ -29,7 +29,8 @@ def expect_refusal(capsys, argv, *words):
 
 
 @pytest.mark.parametrize("argv, words", [
-    (["--target", "stm32"], ("--target stm32", "not built yet", "unix")),
+    (["--target", "stm32", "--heap", "120k"], ("--heap 120k", "128 KB", "112k")),
+    (["--link", "semihost"], ("--link semihost", "stm32", "pty")),
     (["--target", "esp"], ("--target esp", "unknown", "port:DEV")),
     (["--target", "port:"], ("--target port:", "unknown")),
     (["--target", "port:/dev/there-is-no-such-port"], ("/dev/there-is-no-such-port", "does not exist")),

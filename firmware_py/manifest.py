@@ -1,0 +1,29 @@
+# What is frozen into the flash of a board: the core and the core's half of the
+# protocol. MicroPython's build reads this file; a core never imports it.
+#
+# File by file, so that the same sources give the same image on any machine. A
+# file of firmware_py that stands in neither list is an error of `host_tools flash`.
+
+# ruff: noqa: F821  (MicroPython's build brings `package`)
+
+# Asserts and line numbers are left out: each would cost flash, and a core under a locked heap has no traceback.
+OPT = 3
+ROOT = ".."
+
+# What only a computer runs, and this file.
+LEFT_OUT = ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/unix.py")
+
+package("protocol", (
+    "__init__.py", "codec.py", "cobs.py", "crc32.py", "crc32_viper.py", "frame_reader.py", "link.py", "parameters.py", "tables.py",
+), base_path=ROOT, opt=OPT)
+package("firmware_py", (
+    "__init__.py", "device.py", "fixed.py", "inventory.py", "limits.py", "main_stm32.py", "parameters.py", "pipeline.py",
+    "tables.py", "telemetry.py",
+    "building/__init__.py", "building/closure.py", "building/line_fit.py", "building/outline.py", "building/walls.py",
+    "collection/__init__.py", "collection/explorer.py", "collection/follower.py", "collection/infrared.py",
+    "collection/infrared_curve.py", "collection/ir_state.py", "collection/localization.py", "collection/motion.py",
+    "collection/odometry.py", "collection/rolling.py", "collection/states.py", "collection/uwb.py",
+    "storage/__init__.py", "storage/breadcrumbs.py", "storage/frame.py", "storage/hit_ring.py", "storage/map_image.py",
+    "storage/point_ring.py", "storage/tally.py", "storage/vector_store.py",
+    "ports/__init__.py", "ports/rolling_viper.py", "ports/stm32.py", "ports/stm32_registers.py",
+), base_path=ROOT, opt=OPT)

@@ -1,0 +1,55 @@
+"""The core's files that go into an image, as firmware_py/manifest.py lists them, read once: what is hashed is what is built."""
+
+import hashlib
+
+from host_tools.stm32_tools import ImageError
+
+MANIFEST = "firmware_py/manifest.py"
+
+
+def core_files(root):
+    """{path from the project's folder: content}, the manifest among them. A file of the core that it forgets is an error."""
+    manifest = (root / MANIFEST).read_bytes()
+    frozen, left_out = listed(manifest)
+    there = {"firmware_py/" + str(p.relative_to(root / "firmware_py")) for p in (root / "firmware_py").rglob("*.py")}
+    forgotten = sorted(there - frozen - left_out)
+    if forgotten:
+        raise ImageError("%s does not name %s: list it there, to be frozen or to be left out." % (MANIFEST, ", ".join(forgotten)))
+    gone = sorted(name for name in frozen if not (root / name).is_file())
+    if gone:
+        raise ImageError("%s names files that are not there: %s." % (MANIFEST, ", ".join(gone)))
+    files = {name: (root / name).read_bytes() for name in sorted(frozen)}
+    files[MANIFEST] = manifest
+    return files
+
+
+def modules(files):
+    return [name for name in files if name != MANIFEST]
+
+
+def listed(manifest):
+    """(frozen, left out): the manifest is run as MicroPython's build runs it, with a `package` that only takes notes."""
+    frozen = set()
+
+    def package(path, files=None, base_path=".", opt=None):
+        frozen.update("%s/%s" % (path, name) for name in files)
+
+    names = {"package": package}
+    exec(compile(manifest, MANIFEST, "exec"), names)
+    return frozen, {"firmware_py/" + name for name in names["LEFT_OUT"]}
+
+
+def image_key(vm_key, files, heap_bytes):
+    digest = hashlib.sha256(("%s\n%d\n" % (vm_key, heap_bytes)).encode())
+    for name, content in sorted(files.items()):
+        digest.update(("%s %s\n" % (name, hashlib.sha256(content).hexdigest())).encode())
+    return digest.hexdigest()[:16]
+
+
+def write(files, folder):
+    """A copy for the build: nobody edits it meanwhile. -> path of its manifest."""
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return folder / MANIFEST
