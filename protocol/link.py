@@ -112,10 +112,9 @@ class Link:
 
     def keep(self):
         # Retains the frame in tx: the answer to the step just done.
-        # The two buffers change places: a slice would be an object on the heap of MicroPython 1.25.
-        kept = self._kept
-        self._kept = self.tx
-        self.tx = kept
+        # Byte by byte: a slice would be an object on the heap of MicroPython 1.25.
+        for i in range(self.tx_len):
+            self._kept[i] = self.tx[i]
         self._kept_len = self.tx_len
 
     def resend_kept(self):
