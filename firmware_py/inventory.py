@@ -4,7 +4,7 @@ from .limits import CHAINS_MAX, RX_BYTES
 
 _NAMES = (
     b"vectors", b"chains", b"hits", b"near hits", b"points", b"breadcrumbs", b"parameters", b"map checksum",
-    b"rx buffer", b"rx frame", b"tx frame", b"kept answer", b"rx values", b"tx values", b"link counts",
+    b"rx buffer", b"rx frame", b"tx frame", b"kept answer", b"values", b"link counts",
 )
 STORES = len(_NAMES)
 
@@ -47,9 +47,11 @@ class Inventory:
             self._buffer(RX_BYTES)
         elif index == 9:
             self._buffer(len(link.reader.held))
-        elif index <= 11:
+        elif index == 10:
             self._buffer(len(link.tx))
-        elif index <= 13:
+        elif index == 11:
+            self._buffer(len(link.kept))
+        elif index == 12:
             self._buffer(4 * len(link.values))
         else:
             self._buffer(4 * len(link.counters))

@@ -3,10 +3,10 @@
 HITS_MAX = 64            # the follower needs 48; 64 leaves a margin (design study, eight homes)
 assert HITS_MAX == 64    # HitRing masks its index
 
-POINTS_MAX = 64          # turning points not yet built into vectors
+POINTS_MAX = 32          # turning points not yet built into vectors
 assert POINTS_MAX & (POINTS_MAX - 1) == 0
 
-CRUMBS_MAX = 160         # 40 m at 25 cm; the spacing doubles when they run out
+CRUMBS_MAX = 128         # 32 m at 25 cm; the spacing doubles when they run out
 assert CRUMBS_MAX % 2 == 0
 
 VECTORS_MAX = 768        # an office of 535 true vectors gives about 700 mapped ones
@@ -20,8 +20,8 @@ ANCHORS_MAX = 32
 COORDINATE_MAX_UM = 1 << 29  # 536 m: beyond it the odometry starts again at 0
 assert COORDINATE_MAX_UM < 1 << 30
 
-RX_BYTES = 256           # what a port reads at once: two whole frames
-assert RX_BYTES >= 216
+RX_BYTES = 128           # what a port reads at once: a whole frame
+assert RX_BYTES >= 108
 
 HELLO_MS = 500           # between two HELLOs while nobody answers
 

@@ -1,10 +1,14 @@
 """The core's files that go into an image, as firmware_py/manifest.py lists them, read once: what is hashed is what is built."""
 
 import hashlib
+from pathlib import Path
 
+from host_tools import linker
 from host_tools.stm32_tools import ImageError
 
 MANIFEST = "firmware_py/manifest.py"
+ENTRY = "firmware_py/main_stm32.py"
+LINKED = "tvslam.py"  # the one module that the image has: `import tvslam` on its REPL
 
 
 def core_files(root):
@@ -41,15 +45,26 @@ def listed(manifest):
 
 def image_key(vm_key, files, heap_bytes):
     digest = hashlib.sha256(("%s\n%d\n" % (vm_key, heap_bytes)).encode())
+    # What makes the image of them, and what tells its figures.
+    for path in (*sorted(Path(linker.__file__).parent.glob("*.py")), Path(__file__).with_name("stm32_check.py")):
+        digest.update(path.read_bytes())
     for name, content in sorted(files.items()):
         digest.update(("%s %s\n" % (name, hashlib.sha256(content).hexdigest())).encode())
     return digest.hexdigest()[:16]
 
 
-def write(files, folder):
-    """A copy for the build: nobody edits it meanwhile. -> path of its manifest."""
-    for name, content in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-    return folder / MANIFEST
+def linked(files, mark=""):
+    """The files as one module (linker.Linked)."""
+    try:
+        return linker.link({name: files[name].decode() for name in modules(files)}, ENTRY, mark)
+    except (linker.LinkError, SyntaxError, UnicodeDecodeError) as error:
+        raise ImageError("The core cannot be linked: %s" % error) from None
+
+
+def write(core, folder):
+    """Leaves the linked core in `folder` for the build. -> path of a manifest that freezes it."""
+    folder.mkdir()
+    (folder / LINKED).write_text(core.source, encoding="utf-8")
+    manifest = folder / "manifest.py"
+    manifest.write_text('module("%s", base_path=".", opt=3)\n' % LINKED, encoding="utf-8")
+    return manifest

@@ -66,9 +66,10 @@ def _image(cache, heap_bytes, micropython, progress):
         folder, image_folder = Path(work) / "build", Path(work) / "image"
         folder.mkdir()
         image_folder.mkdir()
-        manifest = stm32_core.write(files, Path(work) / "core")
+        core = stm32_core.linked(files)
+        manifest = stm32_core.write(core, Path(work) / "core")
         stm32_build.build(tree, manifest, heap_bytes, cache / ("vm-" + vm_key), folder, progress)
-        found = stm32_check.examine(folder / "firmware.elf", folder / "frozen_content.c", stm32_core.modules(files), heap_bytes)
+        found = stm32_check.examine(folder / "firmware.elf", folder / "frozen_content.c", core, heap_bytes)
         found.update(heap_bytes=heap_bytes, micropython=_version(tree), compiler=stm32_build.compiler())
         shutil.copy2(folder / "firmware.elf", image_folder)
         (image_folder / "image.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

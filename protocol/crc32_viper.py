@@ -5,16 +5,16 @@
 
 import micropython
 
-from protocol.crc32 import _T0, _T1, _T2, _T3
+from protocol.crc32_tables import T0, T1, T2, T3
 
 
 @micropython.viper
 def crc32_into(buf, start: int, end: int, out):
     bytes_in = ptr8(buf)
-    t0 = ptr8(_T0)
-    t1 = ptr8(_T1)
-    t2 = ptr8(_T2)
-    t3 = ptr8(_T3)
+    t0 = ptr8(T0)
+    t1 = ptr8(T1)
+    t2 = ptr8(T2)
+    t3 = ptr8(T3)
     a = 255
     b = 255
     c = 255

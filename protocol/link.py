@@ -32,11 +32,13 @@ _ERROR_UNKNOWN_ID = const(1)
 _ERROR_RANGE = const(3)
 _WINDOW_DOWN = const(4)
 _WINDOW_UP = const(2)
+_KEPT_MAX = const(32)
 
 
 class Link:
-    # Everything is allocated in __init__: values and out (VALUES_MAX ints each), tx and the retained
-    # copy (108 bytes each), held (106), counters (14 ints). Nothing allocates or raises afterwards.
+    # Everything is allocated in __init__: values (VALUES_MAX ints; `out` is the same array, as no answer needs
+    # its question once it is begun), tx (108 bytes), held (106), the retained copy (32: the answer to a step;
+    # a longer frame is not retained), counters (14 ints). Nothing allocates or raises afterwards.
     #
     # Handshake: until WELCOME names our boot id, only the ids 1 to 4 pass. From then on every other
     # frame must carry the epoch that WELCOME gave; frames of another epoch are dropped and counted.
@@ -49,7 +51,7 @@ class Link:
         self.tx = bytearray(WIRE_MAX)
         self.tx_len = 0
         self.values = array("i", bytes(4 * VALUES_MAX))
-        self.out = array("i", bytes(4 * VALUES_MAX))
+        self.out = self.values
         self.counters = array("i", bytes(4 * COUNTERS))  # named in frame_reader.py, in the order of LINK
         self.reader = FrameReader(DOWN, self.counters)
         self.message_id = 0     # of the message that feed() found; 0: none
@@ -58,7 +60,7 @@ class Link:
         self.epoch = 0          # 0: not welcomed yet
         self._seq = 0
         self._ack = 0
-        self._kept = bytearray(WIRE_MAX)
+        self.kept = bytearray(_KEPT_MAX)
         self._kept_len = 0
         self._crc = array("H", bytes(4))
 
@@ -113,14 +115,16 @@ class Link:
     def keep(self):
         # Retains the frame in tx: the answer to the step just done.
         # Byte by byte: a slice would be an object on the heap of MicroPython 1.25.
-        for i in range(self.tx_len):
-            self._kept[i] = self.tx[i]
-        self._kept_len = self.tx_len
+        self._kept_len = 0
+        if self.tx_len <= _KEPT_MAX:
+            for i in range(self.tx_len):
+                self.kept[i] = self.tx[i]
+            self._kept_len = self.tx_len
 
     def resend_kept(self):
         # The retained frame once more, byte for byte. -> tx_len, 0 if there is none in this epoch
         for i in range(self._kept_len):
-            self.tx[i] = self._kept[i]
+            self.tx[i] = self.kept[i]
         self.tx_len = self._kept_len
         if self.tx_len:
             self.reader.count_out(self.tx_len)

@@ -12,8 +12,8 @@ STRAY = 4        # a loop round an island beside the barrier was cut out: loop_m
 
 _TOLERANCE_MM = const(150)
 _DRIFT = const(250)          # dead reckoning alone: 4 mm a metre are three deviations
-_OVERLAP_MM = const(1500)    # walked twice, to map the lap's last piece and to measure the closure error
-_JOIN_PATH_MM = const(700)
+_JOIN_PATH_MM = const(700)   # past the crumb that closed, at least
+_OVERLAP_MM = const(800)     # walked twice after that, to measure the closure error
 _JOIN_MM = const(50)
 _STRAYS_MAX = const(8)
 _SLICE_BYTES = const(64)     # of the map's CRC a tick
@@ -40,6 +40,7 @@ class Outline:
         self._lap_vector = 0      # record that the closed outline begins with
         self._strays = 0
         self._closing_mm = -1     # path where the outline closed
+        self._join_mm = 0
         self._joined = False      # the lap is mapped whole; the overlap is walked
         self._fixed = False
         self._x = 0
@@ -86,6 +87,7 @@ class Outline:
         if closed == OUTLINE_CLOSED:
             self._lap_vector = at
             self._closing_mm = path_mm
+            self._join_mm = max(_JOIN_PATH_MM, self._crumbs.reach_mm + 100)
             return CLOSING
         return self._island(at)
 
@@ -108,13 +110,13 @@ class Outline:
             i = self._lap_vector
             dx = self._x - v.xs[i] * 5
             dy = self._y - v.ys[i] * 5
-            if far_mm > _JOIN_PATH_MM or (-_JOIN_MM < dx < _JOIN_MM and -_JOIN_MM < dy < _JOIN_MM):
+            if far_mm > self._join_mm or (-_JOIN_MM < dx < _JOIN_MM and -_JOIN_MM < dy < _JOIN_MM):
                 # The mapping beam has come to where the lap began. What was mapped before that is a stray.
                 self._walls.finish()
                 v.drop(self._first_vector, i)
                 self._closure.begin(self._first_vector)
                 self._joined = True
-        elif far_mm > _OVERLAP_MM:
+        elif far_mm > self._join_mm + _OVERLAP_MM:
             self._closure.solve(v.used)
             if not self.spread or self._fixed:
                 self._closure.cancel()  # fixes bound the error: it did not grow with the way

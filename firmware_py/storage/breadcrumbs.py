@@ -5,7 +5,7 @@ from ..fixed import sine, cosine
 from ..limits import CRUMBS_MAX
 
 _SPACING_MM = const(250)
-_LOOK = const(4)               # crumbs compared a tick: each of 160 comes round in 0.8 s = 24 cm
+_LOOK = const(4)               # crumbs compared a tick: each of 128 comes round in 0.64 s = 19 cm
 _HEADING_BAM = const(3641)     # 20 degrees
 _TURN_BAM = const(7282)        # 40 degrees of a whole turn
 _OUTLINE_MM = const(4000)
@@ -18,27 +18,27 @@ ISLAND_CLOSED = 2       # winding -360: the robot went round it
 
 class Breadcrumbs:
     # One crumb every 25 cm: x, y int16 in 5 mm of the MAP frame, heading u8 (turn / 256), winding
-    # int16 (turn / 256), path u16 (cm), vector u16 (records stored when it was dropped).
-    # Full: every second crumb goes and the spacing doubles; `lost` counts them.
-    # path stays at 655 m once there. Cleared at the start of each barrier. Allocates in __init__ only. Written by Outline.
+    # int16 (turn / 256), vector u16 (records stored when it was dropped). Crumb i lies i spacings along the
+    # way, islands that were cut out left aside. Full: every second crumb goes and the spacing doubles; `lost`
+    # counts them. Cleared at the start of each barrier. Allocates in __init__ only. Written by Outline.
 
-    RECORD_BYTES = 11
+    RECORD_BYTES = 9
     CAPACITY = CRUMBS_MAX
 
     def __init__(self):
         self._xs = array("h", bytes(2 * CRUMBS_MAX))
         self._ys = array("h", bytes(2 * CRUMBS_MAX))
         self._turns = array("h", bytes(2 * CRUMBS_MAX))
-        self._paths = array("H", bytes(2 * CRUMBS_MAX))
         self.vectors = array("H", bytes(2 * CRUMBS_MAX))
         self._headings = bytearray(CRUMBS_MAX)
         self.used = 0
         self.lost = 0
         self.closed_at = 0
-        self._spacing_mm = _SPACING_MM
+        self.reach_mm = 0       # how far along the way the crumb that closed may be off
         self.start_mm = 0
-        self._last_path = 0
-        self._next_mm = 0
+        self._spacing_mm = _SPACING_MM
+        self._origin_mm = 0     # path of crumb 0, had no island been cut out
+        self._along_mm = 0      # of the robot, from there
         self._start_turn = 0
         self._cursor = 0
 
@@ -46,7 +46,7 @@ class Breadcrumbs:
         self.used = 0
         self._spacing_mm = _SPACING_MM
         self.start_mm = path_mm
-        self._next_mm = path_mm
+        self._origin_mm = path_mm
         self._start_turn = turn_bam
         self._cursor = 0
 
@@ -54,13 +54,14 @@ class Breadcrumbs:
         # Called each tick: drops a crumb when due, and looks at a few old ones.
         # -> OPEN, OUTLINE_CLOSED or ISLAND_CLOSED with the crumb in closed_at.
         turn = (turn_bam - self._start_turn) >> 8
-        path = (path_mm - self.start_mm) // 10
-        self._last_path = path
-        if path_mm >= self._next_mm:
-            self._drop(x_mm, y_mm, heading_bam, turn, path, vectors, path_mm)
+        far_mm = path_mm - self._origin_mm
+        self._along_mm = far_mm
+        if far_mm >= self.used * self._spacing_mm:
+            self._drop(x_mm, y_mm, heading_bam, turn, vectors)
         reach_mm = self._spacing_mm * 6 // 10  # along the way a crumb may be half a spacing off
         if reach_mm < tolerance_mm:
             reach_mm = tolerance_mm
+        self.reach_mm = reach_mm
         n = self.used if self.used < _LOOK else _LOOK
         while n:
             n -= 1
@@ -73,7 +74,7 @@ class Breadcrumbs:
                 length = _ISLAND_MM
             else:
                 continue
-            if (path - self._paths[i]) * 10 < length:
+            if far_mm - i * self._spacing_mm < length:
                 continue
             d = ((heading_bam >> 8) - self._headings[i] + 128 & 255) - 128
             if d > 14 or d < -14:
@@ -93,21 +94,21 @@ class Breadcrumbs:
 
     def loop_mm(self):
         # Length of the loop that closed.
-        return (self._last_path - self._paths[self.closed_at]) * 10
+        return self._along_mm - self.closed_at * self._spacing_mm
 
     def excise(self):
         # Forget the loop that closed (-360 degrees of winding): the robot stands where it began.
+        self._origin_mm += self.loop_mm()
         self.used = self.closed_at + 1
         self._cursor = 0
         self._start_turn -= 65536
 
-    def _drop(self, x_mm, y_mm, heading_bam, turn, path, vectors, path_mm):
+    def _drop(self, x_mm, y_mm, heading_bam, turn, vectors):
         if self.used == CRUMBS_MAX:
             for i in range(CRUMBS_MAX // 2):
                 self._xs[i] = self._xs[2 * i]
                 self._ys[i] = self._ys[2 * i]
                 self._turns[i] = self._turns[2 * i]
-                self._paths[i] = self._paths[2 * i]
                 self.vectors[i] = self.vectors[2 * i]
                 self._headings[i] = self._headings[2 * i]
             self.used = CRUMBS_MAX // 2
@@ -118,11 +119,9 @@ class Breadcrumbs:
         self._xs[i] = _int16(x_mm // 5)
         self._ys[i] = _int16(y_mm // 5)
         self._turns[i] = _int16(turn)
-        self._paths[i] = path if path < 65535 else 65535
         self.vectors[i] = vectors
         self._headings[i] = heading_bam >> 8
         self.used = i + 1
-        self._next_mm = path_mm + self._spacing_mm
 
 
 def _int16(v):

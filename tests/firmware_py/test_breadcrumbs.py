@@ -71,7 +71,7 @@ def test_a_long_way_halves_the_crumbs_and_still_closes():
     walk = Walk(130_000)
     said, lap = walk.go(1.2)
     assert said == OUTLINE and 0.98 < lap < 1.02
-    assert walk.crumbs.lost == 160 and walk.crumbs._spacing_mm == 1000 and walk.crumbs.used <= 160
+    assert walk.crumbs.lost == 192 and walk.crumbs._spacing_mm == 2000 and walk.crumbs.used <= 128
 
 
 def test_a_loop_cut_out_leaves_the_lap_as_if_it_had_not_been():

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from protocol import cobs, crc32
+from protocol import cobs, crc32, crc32_tables
 from protocol.host_link import stuff
 from tests.protocol.messages import cobs_by_definition
 
@@ -33,7 +33,7 @@ def test_crc_tables_are_the_polynomials():
         entry = index
         for _ in range(8):
             entry = entry >> 1 ^ (0xEDB88320 if entry & 1 else 0)
-        assert bytes((crc32._T0[index], crc32._T1[index], crc32._T2[index], crc32._T3[index])) == entry.to_bytes(4, "little")
+        assert bytes((crc32_tables.T0[index], crc32_tables.T1[index], crc32_tables.T2[index], crc32_tables.T3[index])) == entry.to_bytes(4, "little")
 
 
 # Zeros are what COBS is about: make half the bytes zero.

@@ -1,0 +1,51 @@
+"""The core's files linked into one module: `link(files, entry) -> Linked`, for an image where the heap is scarce.
+
+On a microcontroller the names cost more than the data: each module, each imported name and
+each public constant takes heap at import. Linking keeps the sources as they are and drops
+what only they need: constants become numbers where they are used, the modules one,
+imports vanish, and what the entry cannot reach is left out. Nothing is computed otherwise;
+that the linked core steps with the same hashes as the files themselves is tested.
+
+What it relies on (a LinkError names what is not so): no relative magic but `import` and
+`from ... import` at the top, no star, no getattr, no nested functions.
+"""
+
+import ast
+from dataclasses import dataclass, field
+
+from host_tools.linker.reach import reachable
+from host_tools.linker.rewriter import Rewriter
+from host_tools.linker.unit import LinkError, Units, bound
+
+__all__ = ("Linked", "LinkError", "link")
+
+
+@dataclass
+class Linked:
+    source: str = ""
+    modules: list = field(default_factory=list)  # paths of the files in it, in the order in which they run
+    owners: dict = field(default_factory=dict)   # {name at the top of the linked module: path}
+
+
+def link(files, entry, mark=""):
+    """`files`: {path: source}; `entry`: path whose functions stay callable. `mark`: a function of the VM that is called with
+    each file's path when it has run, to measure what it takes."""
+    units = Units(files)
+    order = units.order(entry)
+    taken = {}
+    for unit in order:
+        unit.resolve(units, taken)
+    bodies = [(unit, [Rewriter(unit).visit(node) for node in unit.body]) for unit in order]
+    keep = reachable([statement for _, body in bodies for statement in body], units.units[entry])
+    linked = Linked(modules=[unit.path for unit in order])
+    text = sorted(units.outside)
+    for unit, body in bodies:
+        for statement in body:
+            if keep(statement):
+                text.append(ast.unparse(ast.fix_missing_locations(statement)))
+                for name in bound(statement):
+                    linked.owners[name] = unit.path
+        if mark:
+            text.append("%s(%r)" % (mark, unit.path))
+    linked.source = "\n".join(text) + "\n"
+    return linked
