@@ -13,6 +13,7 @@ What it relies on (a LinkError names what is not so): no relative magic but `imp
 import ast
 from dataclasses import dataclass, field
 
+from host_tools.linker.inliner import inline
 from host_tools.linker.reach import reachable
 from host_tools.linker.rewriter import Rewriter
 from host_tools.linker.unit import LinkError, Units, bound
@@ -36,7 +37,9 @@ def link(files, entry, mark=""):
     for unit in order:
         unit.resolve(units, taken)
     bodies = [(unit, [Rewriter(unit).visit(node) for node in unit.body]) for unit in order]
-    keep = reachable([statement for _, body in bodies for statement in body], units.units[entry])
+    statements = [statement for _, body in bodies for statement in body]
+    keep = reachable(statements, units.units[entry])
+    inline([statement for statement in statements if keep(statement)])
     linked = Linked(modules=[unit.path for unit in order])
     text = sorted(units.outside)
     for unit, body in bodies:
