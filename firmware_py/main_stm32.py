@@ -1,5 +1,6 @@
 # The firmware on the emulated STM32: as main.py, and it counts what each step costs.
 
+from .ports import tight_heap  # noqa: F401
 from .limits import HELLO_MS, RX_BYTES
 from .collection.states import DONE
 from .device import Device
@@ -8,7 +9,7 @@ from .ports.stm32 import Port, PortError
 
 def main(path):
     # Serves the link until its other end closes or Ctrl-C comes on the REPL, then prints what the steps cost.
-    # host_tools/qemu.py reads its lines: "tvslam: up", "tvslam: costs LARGEST WIDTH BIN ...", "tvslam: ended CODE".
+    # host_tools/qemu.py reads its lines: "tvslam: up", "tvslam: costs LARGEST FINE BINS COARSE COUNT ...", "tvslam: ended CODE".
     port = Port()
     device = Device(port, port.random())
     buf = bytearray(RX_BYTES)

@@ -57,6 +57,22 @@ class Tvslam:
     # hash_hi. finished, reason, degraded tell how the mission ended. step() allocates nothing and never raises.
 
     def __init__(self):
+        self.left_mm_s = 0
+        self.right_mm_s = 0
+        self.state = 0
+        self.ir_state = 0
+        self.hash_lo = 0
+        self.hash_hi = 0
+        self.tick = 0
+        self.finished = False
+        self.reason = 0
+        self.degraded = 0
+        self._flags = 0
+        self._threshold_mm = 160
+        self._last_fix_mm = 0
+        self._last_corners = 0
+        self._last_state = 0
+        self._last_generation = 0
         self.vectors = VectorStore()
         self.hits = HitRing()
         self.points = PointRing()
@@ -75,22 +91,6 @@ class Tvslam:
         self.walls = WallMapper(self.vectors, self.frame)
         self.closure = Closure(self.vectors)
         self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure)
-        self.left_mm_s = 0
-        self.right_mm_s = 0
-        self.state = 0
-        self.ir_state = 0
-        self.hash_lo = 0
-        self.hash_hi = 0
-        self.tick = 0
-        self.finished = False
-        self.reason = 0
-        self.degraded = 0
-        self._flags = 0
-        self._threshold_mm = 160
-        self._last_fix_mm = 0
-        self._last_corners = 0
-        self._last_state = 0
-        self._last_generation = 0
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
