@@ -48,9 +48,9 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	  || { echo "'$(PYTHON)' has no venv module. On Debian or Ubuntu: apt install python3-venv"; exit 1; }
 	@echo "Setting up $(VENV) (about half a minute, once)"
 	@$(PYTHON) -m venv $(VENV)
-	@$(PIP) --editable '.[unix,plot]'
+	@$(PIP) --editable '.[unix,plot,board]'
 	@touch $@
 
 $(VENV)/.ready-dev: $(VENV)/.ready
-	@$(PIP) --editable '.[unix,plot,dev]'
+	@$(PIP) --editable '.[unix,plot,board,dev]'
 	@touch $@

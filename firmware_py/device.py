@@ -27,17 +27,21 @@ class Device:
     #
     # Lockstep: STEP n+1 after n runs a step (0 follows 2**30 - 1); n once more runs nothing: it gets the
     # retained answer, in a new epoch the same one in a new frame; any other number gets ERROR. The first
-    # STEP locks the parameters and begins the mission.
+    # STEP locks the parameters and begins the mission. Free run (parameter tick_ms): the same, at the core's own pace.
 
     def __init__(self, port, boot_id):
         self.port = port
+        self.link = Link(boot_id)  # large arrays first, while the heap is whole
         self.core = Tvslam()
-        self.link = Link(boot_id)
         self.inventory = Inventory(self.core, self.link)
         self.telemetry = Telemetry(self.core, self)
         self.welcomed = False
         self.begun = False
         self.step_number = 0
+        self.tick_ms = 0        # of the free run; 0: lockstep
+        self.due_ms = 0         # the free run's next tick
+        self.late_ticks = 0
+        self.late_ms = 0
 
     def hello(self):
         p = self.port
@@ -62,13 +66,14 @@ class Device:
         while at < size:
             at = link.feed(buf, at, size)
             if link.message_id == STEP:
-                self._step()
+                self.step()
             elif link.message_id:
                 self._answer(link.message_id)
             elif link.tx_len:
                 self.port.write(link.tx, link.tx_len)
 
-    def _step(self):
+    def step(self):
+        # The STEP in link.values, from the link or from a board's own sensors.
         link = self.link
         step = link.values[0]
         if self.begun and step == self.step_number:
@@ -86,10 +91,40 @@ class Device:
         if not self.begun:
             self.begun = True
             core.begin()
+            self.tick_ms = core.parameters.of("tick_ms")
+            if self.tick_ms:
+                now_ms = self.port.ticks_ms()
+                self.due_ms = now_ms - now_ms % self.tick_ms + self.tick_ms
+        if self.tick_ms:
+            self._await_tick()
         self.step_number = step
         core.step(link.values)
         self._answer_step()
         self.telemetry.after_step(step)
+
+    def _await_tick(self):
+        # A STEP waits for the next multiple of tick_ms on the core's own clock. One that comes late runs at once,
+        # unless the tick after is nearer: then it is meant for that one. Late are ticks that had no STEP, or that
+        # began a millisecond or more after they were due.
+        tick_ms = self.tick_ms
+        passed = (self._late_by() + tick_ms // 2) // tick_ms
+        if passed > 0:
+            self.late_ticks += passed
+            self.due_ms = self.due_ms + passed * tick_ms & 0x3FFFFFF
+        late_ms = -1
+        while late_ms < 0:
+            late_ms = self._late_by()
+            if late_ms < 0:
+                self.port.wait(-late_ms)
+        if late_ms:
+            self.late_ticks += 1
+        self.due_ms = self.due_ms + tick_ms & 0x3FFFFFF
+
+    def _late_by(self):
+        late_ms = (self.port.ticks_ms() - self.due_ms + 0x2000000 & 0x3FFFFFF) - 0x2000000
+        if late_ms > self.late_ms:
+            self.late_ms = late_ms
+        return late_ms
 
     def _answer_step(self):
         core = self.core
@@ -165,6 +200,8 @@ class Device:
         out[11] = core.explorer.bumps
         out[12] = core.odometry.path_mm
         self._memory(13)
+        out[17] = min(self.late_ticks, 65535)
+        out[18] = min(self.late_ms, 65535)
         self.send(STATUS_RSP)
 
     def _memory(self, at):

@@ -10,11 +10,15 @@
 OPT = 3
 ROOT = ".."
 
-# What only a computer runs, and this file.
-LEFT_OUT = ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/unix.py")
+# What a board with a filesystem gets (host_tools/board_files.py) beside what is frozen, less what names the stm32.
+BOARD = ("main_board.py", "ports/machine.py", "ports/pins.py")
+
+# What only a computer runs, and this file; and what the emulated part has no use for.
+LEFT_OUT = ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/unix.py") + BOARD
 
 package("protocol", (
-    "__init__.py", "codec.py", "cobs.py", "crc32.py", "crc32_viper.py", "frame_reader.py", "link.py", "parameters.py", "tables.py",
+    "__init__.py", "codec.py", "codec_fields.py", "codec_viper.py", "cobs.py", "crc32.py", "crc32_tables.py", "crc32_viper.py",
+    "frame_reader.py", "link.py", "parameters.py", "tables.py",
 ), base_path=ROOT, opt=OPT)
 package("firmware_py", (
     "__init__.py", "device.py", "fixed.py", "inventory.py", "limits.py", "main_stm32.py", "parameters.py", "pipeline.py",
@@ -25,5 +29,5 @@ package("firmware_py", (
     "collection/odometry.py", "collection/rolling.py", "collection/states.py", "collection/uwb.py",
     "storage/__init__.py", "storage/breadcrumbs.py", "storage/frame.py", "storage/hit_ring.py", "storage/map_image.py",
     "storage/point_ring.py", "storage/tally.py", "storage/vector_store.py",
-    "ports/__init__.py", "ports/rolling_viper.py", "ports/stm32.py", "ports/stm32_registers.py",
+    "ports/__init__.py", "ports/rolling_viper.py", "ports/stm32.py", "ports/stm32_registers.py", "ports/tight_heap.py",
 ), base_path=ROOT, opt=OPT)

@@ -8,9 +8,11 @@ _LINK_COUNTERS = const(13)
 
 
 class Telemetry:
-    # after_step() sends at most one frame, so that no step carries more than one: of five steps the
-    # first tells POSE (10 Hz), the others what is new of vectors and points. Twice a second a vector goes
-    # out again, so that a late viewer sees the whole map; five times a second a store, or link and memory.
+    # after_step() sends at most one frame, so that no step carries more than one: of five steps the last
+    # tells POSE (10 Hz), others what is new of vectors and points. Twice a second a vector goes out again,
+    # so that a late viewer sees the whole map, as do the link's counts; five times a second a store, each 5 s
+    # the memory. The long frames go where a step has least to do: a store in every second step with a UWB
+    # report, where the follower only looks.
 
     def __init__(self, core, device):
         self._core = core
@@ -19,29 +21,25 @@ class Telemetry:
         self._vector = 0       # next one never sent
         self._again = 0
         self._points = 0
-        self._turn = 0
 
     def after_step(self, step):
         phase = step % 5
         if phase == 0:
-            self._pose(step)
-        elif phase == 1:
-            if step % 10 == 1:
+            if step % 10 == 0:
                 return
             self._device.send_store(self._store)
             self._store = self._store + 1 if self._store + 1 < STORES else 0
+        elif phase == 1:
+            self._point()
         elif phase == 2:
             self._next_vector(step % 25 == 2)
         elif phase == 3:
-            if step % 25 != 3:
-                return
-            self._turn ^= 1
-            if self._turn:
+            if step % 250 == 3:
+                self._device.send_memory(MEMORY)  # seldom: to count what is used, the whole heap is walked
+            elif step % 25 == 3:
                 self._link()
-            else:
-                self._device.send_memory(MEMORY)
         else:
-            self._point()
+            self._pose(step)
 
     def _pose(self, step):
         core = self._core

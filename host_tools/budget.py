@@ -8,31 +8,36 @@ paper's map alone needs.
 import json
 import sys
 
-from host_tools import core_process
+from host_tools import core_process, heap_ledger, heap_search
 from host_tools.core_process import CoreError
 from host_tools.core_session import CoreSession
+from host_tools.hil_options import UsageError
 from protocol.messages import BY_NAME
 
 PAPER_BYTES = 28200     # Paper Table 2: the topological-vector map of 458 vectors takes 28.2 KB
 PAPER_VECTORS = 458
 STORE_SECTION = 2       # IDENTIFY section that is answered by a STORE record
 EXIT_OK = 0
+EXIT_NOT_FOUND = 1
 EXIT_USAGE = 2
 
 
 def add_arguments(parser):
     core_process.add_arguments(parser)
     parser.add_argument("--json", metavar="FILE", default=None, help="also write the figures to FILE")
+    parser.add_argument("--search", metavar="HOME", nargs="+", default=None,
+                        help="on stm32: find the smallest heap in which the core boots and maps these homes, by running it")
 
 
 def run(args):
     try:
-        with core_process.running_core(args.target, args.heap) as port:
-            figures = measure(CoreSession(port), args.target)
-    except CoreError as error:
+        figures = _searched(args) if args.search else _measured(args)
+    except heap_search.DoesNotFit as error:
         print("budget: %s" % error, file=sys.stderr)
-        return error.code
-    print("\n".join(report(figures)))
+        return EXIT_NOT_FOUND
+    except (CoreError, UsageError) as error:
+        print("budget: %s" % error, file=sys.stderr)
+        return getattr(error, "code", EXIT_USAGE)
     if args.json is not None:
         try:
             with open(args.json, "w", encoding="utf-8") as file:
@@ -42,6 +47,23 @@ def run(args):
             print("budget: %s cannot be written: %s." % (args.json, (error.strerror or str(error)).lower()), file=sys.stderr)
             return EXIT_USAGE
     return EXIT_OK
+
+
+def _measured(args):
+    with core_process.running_core(args.target, args.heap, args.link) as port:
+        figures = measure(CoreSession(port), args.target)
+        if args.target == "stm32":
+            figures |= heap_ledger.figures(port, lambda text: print(text, file=sys.stderr, flush=True))
+    lines = report(figures) + (heap_ledger.report(figures) if args.target == "stm32" else [])
+    print("\n".join(lines))
+    return figures
+
+
+def _searched(args):
+    if args.target != "stm32" or args.heap:
+        raise UsageError("--search looks for the heap of --target stm32: give that, and no --heap.")
+    missions, heap = heap_search.search(args.search, lambda text: print(text, flush=True))
+    return {"target": args.target, "heap_bytes": heap, "missions": missions}
 
 
 def measure(core, target):
@@ -93,7 +115,7 @@ def heap_lines(figures):
         "unknown" if figures["allocated_after_boot_bytes"] is None else grouped(figures["allocated_after_boot_bytes"]))]
     if data is None and code:
         lines.append("Of it code and data: unknown, as the core's own figures contradict one another (code %s B)." % grouped(code))
-    if data is not None:
+    if data is not None and figures["target"] != "stm32":  # there the code lies in flash, and heap_ledger tells more
         lines.append("Of it code %s B, data %s B: the stores above %s B, objects and buffers around them %s B." % (
             grouped(code), grouped(data), grouped(figures["stores_bytes"]), grouped(data - figures["stores_bytes"])))
     return lines

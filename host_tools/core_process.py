@@ -1,6 +1,6 @@
 """A core of its own for a tool: started on a private pty, or found on a port, and stopped again.
 
-`with running_core("unix", "192k") as port:` yields the TerminalPort on which it speaks.
+`with running_core("unix", "192k") as port:` yields the TerminalPort on which it speaks; without a heap, the target's own.
 """
 
 import argparse
@@ -16,7 +16,10 @@ import tty
 from host_tools.processes import Children
 from host_tools.terminal_port import PortClosed, PortError, TerminalPort
 
-TARGETS = "cpython, unix or port:DEVICE"
+TARGETS = "cpython, unix, stm32 or port:DEVICE"
+LINKS = ("semihost", "pty")     # of stm32: fast, or its USART
+DEFAULT_HEAPS = {"stm32": "27k"}
+DEFAULT_HEAP = "192k"
 HEAP_MIN, HEAP_MAX = 2 << 10, 1024 << 20
 
 
@@ -34,10 +37,17 @@ class TargetError(CoreError):
 
 def add_arguments(parser, again=False):
     """`again`: on a parser below one that has them already, so that they may stand behind its words, too."""
-    target, heap = (argparse.SUPPRESS, argparse.SUPPRESS) if again else ("unix", "192k")
+    target, heap, link = [argparse.SUPPRESS] * 3 if again else ("unix", None, None)
     parser.add_argument("--target", default=target, metavar="TARGET",
-                        help="unix (default): the MicroPython VM; cpython; or port:DEVICE, a core that already runs there")
-    parser.add_argument("--heap", type=heap_size, default=heap, metavar="SIZE", help="heap of the MicroPython VM (default 192k)")
+                        help="unix (default): the MicroPython VM; cpython; stm32: the emulated part; or port:DEVICE, a core that already "
+                             "runs there")
+    add_machine_arguments(parser, heap, link)
+
+
+def add_machine_arguments(parser, heap=None, link=None):
+    parser.add_argument("--heap", type=heap_size, default=heap, metavar="SIZE",
+                        help="heap of the MicroPython VM (default 192k on unix, 27k on stm32)")
+    parser.add_argument("--link", choices=LINKS, default=link, help="how stm32 is spoken to: semihost (default, fast), or pty, its USART")
 
 
 def heap_size(text):
@@ -79,7 +89,15 @@ def command(target, heap, path):
 
 
 @contextlib.contextmanager
-def running_core(target, heap):
+def running_core(target, heap=None, link=None):
+    if link == "semihost" and target != "stm32":
+        raise TargetError("--link semihost is the emulator's: it goes with --target stm32; leave it out.")
+    heap = heap or DEFAULT_HEAPS.get(target, DEFAULT_HEAP)
+    if target == "stm32":
+        from host_tools.emulated_core import emulated_core  # here: the other targets need none of it
+        with emulated_core(heap, link or LINKS[0]) as port:
+            yield port
+        return
     if target.startswith("port:"):
         try:
             port = TerminalPort(target[len("port:"):])
@@ -88,17 +106,22 @@ def running_core(target, heap):
         with port:
             yield port
         return
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    # Held open by us as well, so that the master sees no hang-up before the core has opened its end.
-    with Children() as children, _MasterPort(master, slave) as port:
+    master, slave = private_pty()
+    with Children() as children, MasterPort(master, slave) as port:
         argv = command(target, heap, os.ttyname(slave))
         port.child = children.start("core", argv, cwd=packages_folder())
         yield port
 
 
-class _MasterPort(TerminalPort):
-    """Our end of the core's pty: as a TerminalPort, and it knows when the core has died."""
+def private_pty():
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    return master, slave
+
+
+# Our end of the core's pty: as a TerminalPort, and it knows when the core has died. The other end
+# is held open by us as well, so that no hang-up is seen before the core has opened it.
+class MasterPort(TerminalPort):
 
     def __init__(self, master, slave):
         self.child = None
@@ -109,10 +132,12 @@ class _MasterPort(TerminalPort):
     def read(self, timeout_s=0.0):
         data = super().read(min(timeout_s, 0.1))
         if not data and self.child is not None and self.child.poll() is not None:
-            said = self.child.text().strip().splitlines()
-            raise PortClosed("The core ended at once with exit code %d: %s" % (
-                self.child.poll(), said[-1] if said else "it said nothing."))
+            raise PortClosed(self.how_it_ended())
         return data
+
+    def how_it_ended(self):
+        said = self.child.text().strip().splitlines()
+        return "The core ended with exit code %d: %s" % (self.child.poll(), said[-1] if said else "it said nothing.")
 
     def close(self):
         super().close()

@@ -11,7 +11,7 @@ import numpy as np
 
 from host_tools.lower_bound import lower_bound_s
 from host_tools.map_file import KIND_OUTLINE, MapError, decode_map
-from host_tools.mission import POSE_FIELDS, STEP_S
+from host_tools.mission import POSE_FIELDS, STEP_S, hashes
 from host_tools.peers.dead_reckoning import dead_reckoning
 from host_tools.peers.paper_rule import paper_rule
 from host_tools.peers.uwb_only import positions
@@ -31,9 +31,11 @@ SKELETON = {
                           "outline_recall_5cm", "hausdorff_p95_cm", "iou_free"))
     | {"closure_cm": {"before": None, "after": None}},
     "memory": {"heap_bytes": None, "heap_peak_bytes": None, "static_ram_bytes": None, "stack_peak_bytes": None,
-               "stores": {}, "heap_locked": None, "allocated_after_boot_bytes": None},
+               "flash_bytes": None, "boot_s": None, "stores": {}, "heap_locked": None, "allocated_after_boot_bytes": None},
     "tick": dict.fromkeys(("count", "p50_us", "p99_us", "max_us", "instructions_p99", "instructions_max")),
     "link_stats": {"frames": None, "bytes": None, "dropped_by_cause": {}, "retransmits": None},
+    "free_run": dict.fromkeys(("core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm",
+                               "residual_ms", "clock_jumps", "round_trip_ms", "margin_ms")),
     "cleaning": dict.fromkeys(("coverage", "overlap", "robot_s")),
     "update": dict.fromkeys(("robot_s", "full_robot_s", "regions_rebuilt")),
     "days": [],
@@ -57,6 +59,7 @@ def evaluate(result, mission, truth, vector_map, end, rooms):
     _map(result, mission, truth, vector_map)
     _memory(result, mission)
     _tick_and_link(result, mission, end)
+    _free_run(result, mission, end)
     return result
 
 
@@ -79,8 +82,7 @@ def _status(result, mission):
     result["reason"] = states.REASONS[reason] if reason < len(states.REASONS) else "reason %d" % reason
     result["degraded"] = [DEGRADED[bit] if bit < len(DEGRADED) else "bit %d" % bit
                           for bit in range(16) if status["degraded"] >> bit & 1]
-    result["hash"] = {"steps": "%04x%04x" % (status["steps_hi"], status["steps_lo"]),
-                      "map": "%04x%04x" % (status["map_hi"], status["map_lo"])}
+    result["hash"] = hashes(status)
     if result["finished"]:
         result["map"]["closure_cm"] = {"before": status["closure_before_mm"] / 10, "after": status["closure_after_mm"] / 10}
 
@@ -186,7 +188,9 @@ def _memory(result, mission):
 
 def _tick_and_link(result, mission, end):
     tick, stats = result["tick"], result["link_stats"]
-    if len(mission.tick_us):
+    if mission.parameter("tick_ms"):
+        tick["count"] = len(mission.tick_us)  # each answer waits for the core's tick: that time is no cost
+    elif len(mission.tick_us):
         # On a host the link's way there and back is in it: only an emulated or real board separates the two.
         tick["count"] = len(mission.tick_us)
         tick |= {"p50_us": float(np.percentile(mission.tick_us, 50)), "p99_us": float(np.percentile(mission.tick_us, 99)),
@@ -197,6 +201,14 @@ def _tick_and_link(result, mission, end):
         if name.startswith("bad_") or name in ("overrun", "telemetry_dropped"):
             dropped["core_" + name] = value
     stats["dropped_by_cause"] = dropped
+
+
+def _free_run(result, mission, end):
+    """By whose clock the mission ran, how well the two were joined, and what came too late."""
+    figures = result["free_run"]
+    figures |= end.get("free_run") or {}
+    if mission.parameter("tick_ms") and mission.status is not None:
+        figures["core_late_ticks"], figures["core_late_ms"] = mission.status["late_ticks"], mission.status["late_ms"]
 
 
 def tum_rows(mission):

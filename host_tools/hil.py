@@ -87,10 +87,11 @@ def _evaluate(args, home, log, truth_path, outcome):
     except LogError as error:
         notes.append(str(error))
     result["tick"] |= outcome.tick
+    result["memory"] |= outcome.memory
     if outcome.exit_code == 3 or outcome.interrupted:
         result["finished"], result["reason"] = False, outcome.sentence
     elif not result["finished"] and result["reason"] in ("", "running"):
-        result["reason"] = outcome.sentence or "ended before the mission did"
+        result["reason"] = outcome.sentence or outcome.end.get("reason") or "ended before the mission did"
     return result, mission, vector_map, notes
 
 

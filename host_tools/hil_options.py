@@ -5,14 +5,12 @@ import os
 import re
 import stat
 
-from host_tools.core_process import heap_size
+from host_tools.core_process import DEFAULT_HEAP, DEFAULT_HEAPS, heap_size
 
 LINKS_LATER = ("slcan", "slcan-fd", "udp")
 UWB = ("paper", "rssi_real", "tof", "tof_nlos", "none")
 ODOMETRY = ("calibrated", "poor")
 MODES = ("improved", "paper")
-DEFAULT_HEAPS = {"stm32": "27k"}
-DEFAULT_HEAP = "192k"
 STM32_HEAP_MAX = 112 << 10  # of 128 KB RAM, beside the stack
 SEED_MAX = 2 ** 32 - 1
 
@@ -30,7 +28,8 @@ def add_arguments(parser):
     parser.add_argument("--odometry", default="calibrated", help="error of the wheels: %s" % ", ".join(ODOMETRY))
     parser.add_argument("--seed", default="1", help="seed of every error and of the stops (default 1)")
     parser.add_argument("--heap", default=None, help="heap of the MicroPython VM (default 192k on unix, 27k on stm32)")
-    parser.add_argument("--realtime", action="store_true", help="no faster than the robot would drive")
+    parser.add_argument("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
+    parser.add_argument("--max-robot-s", metavar="S", default=None, help="end the mission after that much robot time (default 3600)")
     parser.add_argument("--log", metavar="FILE", help="keep the log of every frame")
     parser.add_argument("--json", metavar="FILE", help="write the result file")
     parser.add_argument("--out", metavar="DIR", help="write map.geojson, map.bin, map.png, *.tum and result.json")
@@ -59,11 +58,22 @@ def check(args):
         raise UsageError("--heap %s." % error) from None
     if args.target == "stm32" and heap_bytes(args.heap) > STM32_HEAP_MAX:
         raise UsageError("--heap %s does not fit the STM32F205's 128 KB of RAM; give at most %dk." % (args.heap, STM32_HEAP_MAX >> 10))
+    _check_time(args)
     for setting in args.set:
         if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*=(on|off)", setting):
             raise UsageError("--set %s is not FLAG=on or FLAG=off." % setting)
     if args.robot and not os.path.isfile(args.robot):
         raise UsageError("--robot %s is not a file; give a robot configuration in TOML." % args.robot)
+
+
+def _check_time(args):
+    if args.realtime and args.link == "semihost":
+        raise UsageError("--realtime does not go with --link semihost, where the core's clock stands still until a STEP comes; "
+                         "use --link pty.")
+    if args.max_robot_s is None:
+        return
+    if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,3})?", args.max_robot_s) or not float(args.max_robot_s):
+        raise UsageError("--max-robot-s %s is not a number of seconds above 0; give one like 120." % args.max_robot_s)
 
 
 def heap_bytes(text):

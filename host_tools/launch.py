@@ -17,11 +17,11 @@ def core_command(target, heap, link):
         raise UsageError(str(error)) from None
 
 
-def stm32_image(heap, say):
-    """The firmware image for the emulator, built where it is not kept already."""
+def stm32_image(heap, say, mark=""):
+    """The firmware image for the emulator, built where it is not kept already. `mark` as for linker.link."""
     from host_tools.stm32_image import ImageError, image  # here: the other targets need none of it
     try:
-        return image(heap_bytes(heap), progress=say)
+        return image(heap_bytes(heap), progress=say, mark=mark)
     except ImageError as error:
         sentence = "\n".join([*error.lines, str(error)])
         raise (UsageError if error.code == 2 else EmulatorError)(sentence) from None
@@ -34,6 +34,8 @@ def robot_command(args, home_path, link, log, truth):
         argv += ["--robot", os.path.abspath(args.robot)]
     if args.realtime:
         argv.append("--realtime")
+    if args.max_robot_s is not None:
+        argv += ["--max-robot-s", args.max_robot_s]
     for setting in args.set:
         argv += ["--set", setting]
     return argv, _robot_folder()

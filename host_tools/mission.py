@@ -21,6 +21,11 @@ POSE_FIELDS = ("step", "x_m", "y_m", "heading_rad", "state", "path_m", "points",
 TURNING_STATES = (states.CORNER_IN, states.CORNER_OUT)
 
 
+def hashes(status):
+    """hash.steps and hash.map of the result file, from the fields of a STATUS_RSP."""
+    return {"steps": "%04x%04x" % (status["steps_hi"], status["steps_lo"]), "map": "%04x%04x" % (status["map_hi"], status["map_lo"])}
+
+
 # Contract: `step` ascends without repeats, and left, right, state have its length (state is -1
 # where no answer was seen). Lists of telemetry are in the order received. What never came is
 # None or empty. Angles in radians, places in metres.
@@ -127,10 +132,11 @@ class MissionBuilder:
                             m["path_mm"] / 1000, m["points"], m["vectors"], m["fixes"], m["bumps"]))
 
     def _on_point(self, m):
-        # A point carries no step: it was recorded at or just before the last one sent. Repeats are refreshes.
-        if m["order"] not in self._points and self._steps:
+        # A point carries no step: it was recorded at or just before the last one answered (whether the next was sent by
+        # then is chance). Repeats are refreshes.
+        if m["order"] not in self._points and self._states:
             self._points.add(m["order"])
-            self._turns.add(self._steps[-1][0])
+            self._turns.add(next(reversed(self._states)))
 
     def _on_store(self, m):
         self._stores[m["name"]] = {key: m[key] for key in ("index", "used", "capacity", "record_bytes", "lost")}

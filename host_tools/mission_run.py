@@ -24,6 +24,7 @@ class Outcome:
     end: dict = field(default_factory=dict)
     interrupted: bool = False
     tick: dict = field(default_factory=dict)  # what the steps cost in instructions, where the target counts them
+    memory: dict = field(default_factory=dict)  # flash and RAM, where the target tells them
 
 
 def run_mission(args, home_path, folder, log, truth, progress):
@@ -34,17 +35,16 @@ def run_mission(args, home_path, folder, log, truth, progress):
         relay = emulator = None
         try:
             # The port is opened first: a board that is not there is said before anything starts.
-            relay = Relay(args.target[len("port:"):], link) if args.target.startswith("port:") else None
-            emulator = _booted(args, children, progress) if args.target == "stm32" else None
-            if emulator is not None and args.link == "pty":
-                relay = Relay(emulator.link_device, link, whole_frames=True)
+            relay = Relay(args.target[len("port:"):], link, anew=True) if args.target.startswith("port:") else None
+            image = stm32_image(args.heap, progress.note) if args.target == "stm32" else None
             argv, root = robot_command(args, home_path, link, log, truth)
             watch.robot = children.start("the virtual robot", argv, on_line=watch.take, cwd=root)
-            if emulator is not None:
-                watch.core = emulator
-                if relay is not None:
-                    relay.start()
-                _start_core(emulator, watch, USART if relay is not None else link)
+            if image is not None:
+                if _link_there(link, watch.robot):
+                    watch.core = emulator = Emulator(children, image, args.realtime, link if args.link == "pty" else None)
+                    emulator.boot()
+                    emulator.start_core(USART if args.link == "pty" else link)
+                    emulator.await_core()
             elif relay is not None:
                 progress.note("Waiting for the core on %s (at most half a minute)." % relay.device)
                 watch.relay = relay.start()
@@ -55,7 +55,7 @@ def run_mission(args, home_path, folder, log, truth, progress):
             # The link's name is ours alone: it tells a user nothing, and is gone by now.
             outcome.sentence = outcome.sentence.replace(link, relay.device if relay is not None else "the link")
             if emulator is not None:
-                outcome.tick = emulator.tick
+                outcome.tick, outcome.memory = emulator.tick, emulator.memory()
             return outcome
         except EmulatorError as error:
             return Outcome(3, str(error), watch.end)
@@ -73,21 +73,14 @@ def run_mission(args, home_path, folder, log, truth, progress):
                 relay.close()
 
 
-def _booted(args, children, progress):
-    emulator = Emulator(children, stm32_image(args.heap, progress.note))
-    emulator.boot()
-    return emulator
-
-
-def _start_core(emulator, watch, link):
-    """The emulator opens the link by its name, which the robot makes."""
+def _link_there(link, robot):
+    """The emulator opens the link by its name, which the robot makes. Without it the robot's outcome says why."""
     limit = time.monotonic() + LINK_S
-    while link != USART and not os.path.exists(link):
-        if watch.robot.poll() is not None or time.monotonic() > limit:
-            return  # the robot's outcome says why
+    while not os.path.exists(link):
+        if robot.poll() is not None or time.monotonic() > limit:
+            return False
         time.sleep(0.01)
-    emulator.start_core(link)
-    emulator.await_core()
+    return True
 
 
 # Follows the events of the virtual robot and the life of the core until one of them ends.
@@ -153,7 +146,7 @@ class _Watch:
             self.core.stop(1.0)
         sentence = self.error or (last_line(self.robot.text()) if code else "")
         if (code == 3 and self.blames == "core" and self.core is not None and self.core.popen.returncode not in (0, None)
-                and self.core.text()):
+                and (emulated or self.core.text())):
             # The cause, where the robot only saw the silence.
             sentence = "; ".join(part for part in (sentence if emulated else "", core_sentence(self.core)) if part)
         if code == 130:  # somebody else's signal ended it

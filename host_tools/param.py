@@ -51,7 +51,7 @@ def run(args):
         print("param: say what to do: list, get NAME[.INDEX], or set NAME[.INDEX] VALUE.", file=sys.stderr)
         return EXIT_USAGE
     try:
-        with core_process.running_core(args.target, args.heap) as port:
+        with core_process.running_core(args.target, args.heap, args.link) as port:
             core = CoreSession(port)
             core.handshake()
             parameters = Parameters(core)

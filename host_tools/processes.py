@@ -22,14 +22,14 @@ _LIBC = ctypes.CDLL(None) if sys.platform.startswith("linux") else None
 # together; `on_line(text)`, where given, gets each line of stdout instead, from a thread of its own.
 # `session=False`: only a process group of its own, as a session's leader takes the first pty it opens for its terminal.
 class Child:
-    def __init__(self, name, argv, on_line=None, cwd=None, env=None, session=True):
+    def __init__(self, name, argv, on_line=None, cwd=None, env=None, session=True, pass_fds=()):
         self.name = name
         self.lines = collections.deque(maxlen=TAIL_LINES)
         parent = os.getpid()
         self.popen = subprocess.Popen(
             argv, cwd=cwd, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             start_new_session=session, process_group=None if session else 0, preexec_fn=lambda: _die_with(parent),
-            text=True, errors="replace")
+            pass_fds=pass_fds, text=True, errors="replace")
         self._readers = [
             threading.Thread(target=_drain, args=(self.popen.stdout, on_line or self.lines.append), daemon=True),
             threading.Thread(target=_drain, args=(self.popen.stderr, self.lines.append), daemon=True)]

@@ -18,15 +18,19 @@ class Progress:
 
     def show(self, event):
         """One "progress" event of the virtual robot."""
+        self.text(line(event))
+
+    def text(self, text):
+        """How far it is, which takes the place of what was said before."""
         now = time.monotonic()
         if self.live:
             width = max(shutil.get_terminal_size().columns - 1, 20)
-            self.stream.write("\r\x1b[K" + line(event)[:width])
+            self.stream.write("\r\x1b[K" + text[:width])
             self.stream.flush()
             self._shown = True
         elif now >= self._next_s:
             self._next_s = now + PLAIN_EVERY_S
-            print(line(event), file=self.stream, flush=True)
+            print(text, file=self.stream, flush=True)
 
     def note(self, text):
         """A line of its own that stays."""

@@ -1,6 +1,7 @@
 """The core on an emulated STM32F205: QEMU's machine netduino2, started, spoken to over its REPL, watched and ended.
 
-USART1 carries the REPL, USART2 the robot link; over semihosting the core opens the link's path itself.
+USART1 carries the REPL, USART2 the robot link; over semihosting the core opens the link's path itself. The ptys of both USARTs
+are made before the emulator, which opens them: of a pty that it made itself it sees only once a second whether anybody has opened it.
 """
 
 import itertools
@@ -11,14 +12,18 @@ import signal
 import threading
 import time
 
+from host_tools.core_process import MasterPort, private_pty
 from host_tools.hil_options import UsageError
-from host_tools.terminal_port import PortError, TerminalPort
+from host_tools.qemu_monitor import Monitor
+from host_tools.terminal_port import PortError
 
 COMMAND = "qemu-system-arm"
-MACHINE = ("-M", "netduino2", "-display", "none", "-monitor", "none", "-semihosting", "-serial", "pty", "-serial", "pty",
-           "-icount", "shift=3")
-BOOT_S = 3.0            # each: QEMU names its ports, the REPL answers, the core is up
+MACHINE = ("-M", "netduino2", "-display", "none", "-monitor", "none", "-semihosting")
+# The part's clock counts instructions, so that costs are measured; without it, it follows the host's, for a core in real time.
+BY_INSTRUCTIONS = ("-icount", "shift=3")
+BOOT_S = 3.0            # each: the REPL answers, the core is up
 USART = "usart2"        # the link's name in firmware_py/ports/stm32.py
+SCRIPT = "import tvslam\ntvslam.main(%r)\n"     # which starts the core on a link
 RAW_REPL = "raw REPL; CTRL-B to exit\n>"
 ASK_S = 0.25
 CTRL_A, CTRL_C, CTRL_D = b"\x01", b"\x03", b"\x04"
@@ -44,35 +49,40 @@ def qemu_command():
 
 
 # Contract: `boot` raises EmulatorError, and nothing else does; the process is one of `children` and ends with them.
+# `usart` is the path of a pty or port that is there: the emulator opens it as USART2's.
 # From `start_core` on it is watched as a Child is: poll() gives None while it serves, else its code, 3 for every
-# failure, of which sentence() tells the cause. `tick` holds the cost of the steps once it has ended by wait().
+# failure, of which sentence() tells the cause. `boot_s` is the time from power-on until the core said that it is up. Once it has
+# ended by wait(), `tick` holds the cost of the steps, but for a core in real time, and memory() tells how deep the stack has been.
 class Emulator:
-    def __init__(self, children, image):
+    def __init__(self, children, image, realtime=False, usart=None):
         self.image = image
+        self.usart = usart
+        self.realtime = realtime
         self.tick = {}
+        self.boot_s = None
+        self._monitor = Monitor()
         self._children = children
         self._child = self._repl = None
         self._text = ""
         self._link = ""
         self._silent = False  # it ran until we ended it
-        self._started_s = None
+        self.power_on_s = self._started_s = None
         self._stop = threading.Event()
         self._thread = None
-        self.link_device = ""
 
     def boot(self):
         # No session of its own: the link, opened by semihosting, must not become its controlling terminal, as the
         # hang-up at the mission's end would kill it before it has told what the steps cost.
-        self._child = self._children.start("the emulator", [qemu_command(), *MACHINE, "-kernel", os.fspath(self.image)], session=False)
-        ports = self._ports()
-        self.link_device = ports[1]
-        try:
-            self._repl = TerminalPort(ports[0])
-        except PortError as error:
-            raise EmulatorError("the emulator's REPL: %s" % error) from None
+        clock = () if self.realtime else BY_INSTRUCTIONS
+        master, slave = private_pty()
+        self._repl = MasterPort(master, slave)
+        usarts = [os.ttyname(slave)] + ([self.usart] if self.usart else [])
+        argv = [qemu_command(), *MACHINE, *_serial(usarts), *clock, *self._monitor.arguments, "-kernel", os.fspath(self.image)]
+        self.power_on_s = time.monotonic()
+        self._child = self._children.start("the emulator", argv, session=False, pass_fds=self._monitor.fds)
+        self._monitor.started()
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
-        # QEMU looks only once a second whether somebody has opened its pty; what comes before is kept.
         asked_s = 0.0
 
         def answered():
@@ -83,16 +93,26 @@ class Emulator:
             return RAW_REPL in self._text
         self._await(answered, "has no REPL")
 
-    def start_core(self, link):
+    def run(self, script):
+        """What a script prints that runs to its end on the REPL, before a core is started."""
+        self._send_script(script)
+        self._await(self._over, "has not run a script to its end")
+        self._started_s = None
+        return self._printed()
+
+    def start_core(self, link, script=SCRIPT):
         """Serve the host's path `link` by semihosting, or USART2."""
         self._link = link
+        self._send_script(script % link)
+
+    def _send_script(self, script):
         self._text = ""
         self._started_s = time.monotonic()
-        script = "import firmware_py.main_stm32 as m\nm.main(%r)\n" % link
         self._send(script.encode() + CTRL_D)
 
     def await_core(self):
         self._await(lambda: self._up() or self._over(), "has not started the core")
+        self.boot_s = time.monotonic() - self.power_on_s
         if not self._up():
             raise EmulatorError(self.sentence())
 
@@ -121,8 +141,15 @@ class Emulator:
         limit = time.monotonic() + timeout_s
         while self.poll() is None and time.monotonic() < limit:
             time.sleep(0.02)
-        self.tick = tick_costs(self._text)
+        self.tick = {} if self.realtime else tick_costs(self._text)
         return self.poll()
+
+    def memory(self):
+        """Figures of the result's `memory` that the core does not know; the stack's is the deepest since power-on."""
+        from host_tools.stm32_image import facts  # here: the other targets need none of it
+        of = facts(self.image)
+        return {"flash_bytes": of["flash_bytes"], "static_ram_bytes": of["ram_static_bytes"], "boot_s": self.boot_s,
+                "stack_peak_bytes": self._monitor.high_water(of["stack_bottom"], of["stack_top"])}
 
     def stop(self, _patience_s=0):
         """A core that waits in a semihosting call heeds no request: it is ended at once."""
@@ -132,6 +159,7 @@ class Emulator:
             self._child.kill()
         if self._thread is not None:
             self._thread.join(1.0)
+        self._monitor.close()
         if self._repl is not None:
             self._repl.close()
             self._repl = None
@@ -154,15 +182,6 @@ class Emulator:
         else:
             why = "the core on the emulated STM32 ended before the mission did"
         return "%s. %s" % (why, ("It printed: %s" % _shortened(printed)) if printed else "It printed nothing")
-
-    def _ports(self):
-        found = []
-
-        def named():
-            found[:] = re.findall(r"redirected to (\S+) ", "\n".join(list(self._child.lines)) + " ")
-            return len(found) >= 2
-        self._await(named, "has not named its serial ports")
-        return found
 
     def _await(self, condition, what):
         limit = time.monotonic() + BOOT_S
@@ -205,17 +224,23 @@ class Emulator:
         return "\n".join(line for line in lines if line not in ("", ">", "tvslam: up"))
 
 
+def _serial(paths):
+    for number, path in enumerate(paths, 1):
+        yield from ("-chardev", "serial,id=usart%d,path=%s" % (number, path.replace(",", ",,")), "-serial", "chardev:usart%d" % number)
+
+
 def tick_costs(text):
     """Figures of the result's `tick` from the core's line of costs; {} without one. p99 is the upper edge of its bin."""
     said = re.search(r"tvslam: costs ((?:\d+ ?)+)", text)
     if not said:
         return {}
-    largest, width, *bins = (int(word) for word in said[1].split())
+    largest, fine, fine_bins, coarse, *bins = (int(word) for word in said[1].split())
     if not sum(bins):
         return {}
     reached = [100 * seen >= 99 * sum(bins) for seen in itertools.accumulate(bins)]
     edge = reached.index(True) + 1
-    p99 = largest if edge == len(bins) else min(edge * width, largest)
+    p99 = min(edge, fine_bins) * fine + max(edge - fine_bins, 0) * coarse
+    p99 = largest if edge == len(bins) else min(p99, largest)
     return {"instructions_p99": p99 * INSTRUCTIONS // COUNTS, "instructions_max": largest * INSTRUCTIONS // COUNTS}
 
 

@@ -15,16 +15,16 @@ from host_tools.terminal_port import PortError, TerminalPort
 
 BAUD = 115200
 WAIT_FOR_LINK_S = 10.0
-FRAME_S = 0.002     # no longer is a frame waited for within
-GATHER_S = 0.0001
+STOP, SOFT_RESET = b"\r\x03", b"\x02\x04"     # to firmware_py/ports/machine.py and to MicroPython's REPL
+STOP_S = 0.2
 
 
 # Contract: the board's port is opened in __init__ (UsageError if it cannot be); `start` copies in a
-# thread until `close`, what comes from the board by frames if `whole_frames`; `failure` is a sentence
-# once an end is gone in mid-mission.
+# thread until `close`; `failure` is a sentence once an end is gone in mid-mission. `anew`: a core on a
+# board with a REPL is started anew before.
 class Relay:
-    def __init__(self, device, link, whole_frames=False):
-        self.device, self.link, self.whole_frames = device, link, whole_frames
+    def __init__(self, device, link, anew=False):
+        self.device, self.link, self.anew = device, link, anew
         self.failure = ""
         self._stop = threading.Event()
         self._thread = None
@@ -46,6 +46,8 @@ class Relay:
 
     def _run(self):
         try:
+            if self.anew:
+                self._start_anew()
             with TerminalPort.wait(self.link, WAIT_FOR_LINK_S) as robot:
                 while not self._stop.is_set():
                     self._copy(robot)
@@ -54,17 +56,19 @@ class Relay:
         except (serial.SerialException, OSError) as error:
             self.failure = "the board's port %s was closed while in use (%s)" % (self.device, _reason(error))
 
+    def _start_anew(self):
+        """A core has one mission in a life: its last one must not be this one's. What heeds none of this drops it as no frame."""
+        for part in (STOP, SOFT_RESET):
+            self.board.write(part)
+            time.sleep(STOP_S)
+            self.board.reset_input_buffer()     # the old core's last words
+
     def _copy(self, robot):
         ready, _, _ = select.select([robot.fd, self.board.fileno()], [], [], 0.1)
         if robot.fd in ready:
             self.board.write(robot.read())
         if self.board.fileno() in ready:
-            data = self._take()
-            # An emulator's port hands over byte by byte: a frame, which ends with a 0, wakes the robot once.
-            while self.whole_frames and data[-1] and select.select([self.board.fileno()], [], [], FRAME_S)[0]:
-                time.sleep(GATHER_S)
-                data += self._take()
-            robot.write(data)
+            robot.write(self._take())
 
     def _take(self):
         data = os.read(self.board.fileno(), 4096)

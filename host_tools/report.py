@@ -5,6 +5,7 @@ from host_tools.score import obstacle_rings
 
 COLUMNS, ROWS = 72, 22
 PICTURE_MARGIN_M = 0.2
+CLOCK_MHZ = 120  # of the STM32F205
 
 
 def table(result):
@@ -40,16 +41,36 @@ def table(result):
             _n(memory["heap_bytes"]), _n(memory["heap_peak_bytes"]), _yes(memory["heap_locked"]),
             _n(memory["allocated_after_boot_bytes"]))),
     ]
+    if memory["flash_bytes"] is not None:
+        rows.append(("", "flash %s B, static RAM %s B, stack peak %s B, up %s s after power-on" % (
+            memory["flash_bytes"], _n(memory["static_ram_bytes"]), _n(memory["stack_peak_bytes"]), _n(memory["boot_s"], 2))))
     stores = ["%s %d/%d" % (name, store["used"], store["capacity"]) for name, store in memory["stores"].items()]
     rows += [("" if i else "stores", "   ".join(stores[i:i + 5])) for i in range(0, len(stores), 5)]
     rows += [
-        ("tick", "%s ticks   p50 %s us   p99 %s us   max %s us" % tuple(
-            _n(tick[key], 0) for key in ("count", "p50_us", "p99_us", "max_us"))),
+        ("tick", _tick(tick)),
         ("link", "%s frames   %s bytes   retransmits %s   dropped %s" % (
             _n(stats["frames"]), _n(stats["bytes"]), _n(stats["retransmits"]), _dropped(stats["dropped_by_cause"]))),
-        ("hash", "steps %s   map %s" % (_n(result["hash"]["steps"]), _n(result["hash"]["map"]))),
     ]
+    rows += _free_run(result["free_run"])
+    rows.append(("hash", "steps %s   map %s" % (_n(result["hash"]["steps"]), _n(result["hash"]["map"]))))
     return ["%-15s %s" % row for row in rows]
+
+
+def _tick(tick):
+    """In instructions where they are counted: there the time is the emulator's, of no meaning for the part."""
+    if tick["instructions_max"] is None:
+        return "%s ticks   p50 %s us   p99 %s us   max %s us" % tuple(_n(tick[key], 0) for key in ("count", "p50_us", "p99_us", "max_us"))
+    p99, most = tick["instructions_p99"], tick["instructions_max"]
+    return "%s ticks   p99 %d k, max %d k instructions: %.1f and %.1f ms at %d MHz with one cycle an instruction" % (
+        _n(tick["count"]), round(p99 / 1000), round(most / 1000), p99 / CLOCK_MHZ / 1000, most / CLOCK_MHZ / 1000, CLOCK_MHZ)
+
+
+def _free_run(figures):
+    if figures["drift_ppm"] is None:
+        return []
+    return [("free run", "core %s ticks late, worst %s ms   host %s answers late, %s ticks missed   drift %s ppm, residual %s ms" % (
+        _n(figures["core_late_ticks"]), _n(figures["core_late_ms"]), figures["late_answers"], figures["missed_ticks"],
+        _n(figures["drift_ppm"], 0), _n(figures["residual_ms"], 2)))]
 
 
 def picture(home, vector_map):

@@ -43,8 +43,8 @@ def listed(manifest):
     return frozen, {"firmware_py/" + name for name in names["LEFT_OUT"]}
 
 
-def image_key(vm_key, files, heap_bytes):
-    digest = hashlib.sha256(("%s\n%d\n" % (vm_key, heap_bytes)).encode())
+def image_key(vm_key, files, heap_bytes, mark=""):
+    digest = hashlib.sha256(("%s\n%d\n%s\n" % (vm_key, heap_bytes, mark)).encode())
     # What makes the image of them, and what tells its figures.
     for path in (*sorted(Path(linker.__file__).parent.glob("*.py")), Path(__file__).with_name("stm32_check.py")):
         digest.update(path.read_bytes())

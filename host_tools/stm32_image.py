@@ -23,15 +23,16 @@ HEAP_MIN_BYTES = 2 << 10
 IMAGES_KEPT = 40    # of half a megabyte each
 
 
-def image(heap_bytes, micropython=None, progress=print):
-    """-> path of firmware.elf. Raises ImageError. The first call takes a minute or two, one with nothing changed a second."""
+def image(heap_bytes, micropython=None, progress=print, mark=""):
+    """-> path of firmware.elf. Raises ImageError. The first call takes a minute or two, one with nothing changed a second.
+    `mark` as for linker.link: for measuring."""
     heap_bytes -= heap_bytes % BLOCK_BYTES
     if not HEAP_MIN_BYTES <= heap_bytes < stm32_build.RAM_BYTES:
         raise ImageError("A heap of %d bytes is none for this part: it has 128 KB of RAM, and the core is at home in 27k." % heap_bytes)
     stm32_tools.need(stm32_tools.TO_BUILD)
     try:
         with _locked(cache_folder(), progress) as cache:
-            return _image(cache, heap_bytes, micropython, progress)
+            return _image(cache, heap_bytes, micropython, progress, mark)
     except OSError as error:
         raise ImageError("The image cannot be made, %s: %s. It is kept in %s; XDG_CACHE_HOME names another place." % (
             error.filename or "a file", (error.strerror or str(error)).lower(), cache_folder())) from None
@@ -46,7 +47,7 @@ def cache_folder():
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tvslam"
 
 
-def _image(cache, heap_bytes, micropython, progress):
+def _image(cache, heap_bytes, micropython, progress, mark):
     try:
         root = Path(packages_folder())
     except CoreError as error:
@@ -56,7 +57,7 @@ def _image(cache, heap_bytes, micropython, progress):
     tree = stm32_source.find(micropython, cache, progress)
     _without_spaces(tree, "move it, or name it by a link without any")
     vm_key = stm32_build.vm_key(stm32_source.tree_hash(tree))
-    kept = cache / ("image-" + stm32_core.image_key(vm_key, files, heap_bytes))
+    kept = cache / ("image-" + stm32_core.image_key(vm_key, files, heap_bytes, mark))
     elf = kept / "firmware.elf"
     if _whole(elf):
         progress("Nothing has changed: the image is in the cache.")
@@ -66,7 +67,7 @@ def _image(cache, heap_bytes, micropython, progress):
         folder, image_folder = Path(work) / "build", Path(work) / "image"
         folder.mkdir()
         image_folder.mkdir()
-        core = stm32_core.linked(files)
+        core = stm32_core.linked(files, mark)
         manifest = stm32_core.write(core, Path(work) / "core")
         stm32_build.build(tree, manifest, heap_bytes, cache / ("vm-" + vm_key), folder, progress)
         found = stm32_check.examine(folder / "firmware.elf", folder / "frozen_content.c", core, heap_bytes)

@@ -117,8 +117,10 @@ class Link:
         # Byte by byte: a slice would be an object on the heap of MicroPython 1.25.
         self._kept_len = 0
         if self.tx_len <= _KEPT_MAX:
+            kept = self.kept
+            tx = self.tx
             for i in range(self.tx_len):
-                self.kept[i] = self.tx[i]
+                kept[i] = tx[i]
             self._kept_len = self.tx_len
 
     def resend_kept(self):

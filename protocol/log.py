@@ -75,14 +75,18 @@ class LogWriter:
 
 # Takes the bytes of a log in pieces of any size. `told` is the head's JSON, None
 # until it is there. `damaged` counts the stretches of bytes that were skipped,
-# `lost` the records that are known to be missing in them. Keeps at most one
-# incomplete record, or the bytes since the damage up to a marker.
+# `lost` the records that are known to be missing in them. `damaged_at` is the byte of
+# the first that is not as it was written, None so far; `sound` the records before it.
+# Keeps at most one incomplete record, or the bytes since the damage up to a marker.
 class LogReader:
     def __init__(self):
         self.told = None
         self.records = 0
         self.damaged = 0
         self.lost = 0
+        self.damaged_at = None
+        self.sound = 0
+        self._passed = 0    # bytes before those held
         self._bytes = bytearray()
         self._t_us = 0
         self._lost_track = False
@@ -110,11 +114,17 @@ class LogReader:
             if size < 0:
                 self.damaged += 1
                 self._lost_track = True
+                self._not_sound(at)
                 at += 1
             else:
                 at += size
         del self._bytes[:at]
+        self._passed += at
         return found
+
+    def _not_sound(self, at):
+        if self.damaged_at is None:
+            self.damaged_at = self._passed + at
 
     def _head(self):
         data = self._bytes
@@ -144,7 +154,9 @@ class LogReader:
             if zlib.crc32(data[at:at + _MARKER.size]) != _U32.unpack_from(data, at + _MARKER.size)[0]:
                 return -1
             _, records, self._t_us = _MARKER.unpack_from(data, at)
-            self.lost += records - self.records
+            if records != self.records:
+                self.lost += records - self.records
+                self._not_sound(at)     # whole records are gone: the bytes that are left say nothing
             self.records = records
             return _MARKER_SIZE
         if data[at] > schema.UP:
@@ -158,6 +170,7 @@ class LogReader:
         direction, _, dt_us = _RECORD.unpack_from(data, at)
         self._t_us += dt_us
         self.records += 1
+        self.sound += self.damaged_at is None
         found.append(Record(self._t_us, direction, bytes(data[at + _RECORD.size:end])))
         return size
 

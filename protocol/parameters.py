@@ -34,6 +34,7 @@ PARAMETERS = (
     ("anchor_height", "mm", ANCHORS_MAX, 0, 10000, 2300),  # above the receiver
     ("mode", "", 1, 0, 1, 0),                      # 0 improved, 1 paper
     ("flags", "bits", 1, 0, 65535, 0x3F),          # improvements switched on: bit i is FLAGS[i]
+    ("tick_ms", "ms", 1, 0, 100, 0),               # free run: a STEP waits for this grid of the core's clock; 0 lockstep
 )
 
 # Improvements over the paper, each with a switch of its own: (name, on by default, what it does).

@@ -13,7 +13,7 @@
 
 VERSION = 1
 BODY_MAX = 96
-VALUES_MAX = 112  # ints that the largest message decodes to
+VALUES_MAX = 96  # ints that the largest message decodes to
 
 DOWN = 0
 UP = 1
@@ -52,7 +52,8 @@ MESSAGES = (
         ("closure_before_mm", "u16", "mm"), ("closure_after_mm", "u16", "mm"),
         ("bumps", "u16", ""), ("path_mm", "u32", "mm"),
         ("heap_bytes", "u32", "B"), ("heap_used_bytes", "u32", "B"),
-        ("heap_locked", "u8", ""), ("allocated_after_boot_bytes", "u32", "B"))),
+        ("heap_locked", "u8", ""), ("allocated_after_boot_bytes", "u32", "B"),
+        ("late_ticks", "u16", "tick"), ("late_ms", "u16", "ms"))),  # free run: how many, and the latest of them
     # 20-2F telemetry: unreliable, newest wins
     (0x20, "POSE", UP, 0, (
         ("step", "u32", "tick"), ("x_um", "i32", "um"), ("y_um", "i32", "um"), ("heading_bam", "u16", "BAM"),

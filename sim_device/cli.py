@@ -46,7 +46,7 @@ def arguments():
     add("--log", metavar="FILE", help="keep every frame")
     add("--truth", metavar="FILE", help="keep the true path: <I3d> step, x, y, theta")
     add("--map", metavar="FILE", help="keep the map that the core sends at the end")
-    add("--realtime", action="store_true", help="50 steps a second instead of as many as there can be")
+    add("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
     add("--max-robot-s", type=positive, default=3600.0, metavar="S", help="give up after that much robot time")
     add("--wait", type=positive, default=30.0, metavar="S", help="for the core's first word")
     add("--json-lines", action="store_true", help="events as JSON lines on stdout")

@@ -1,4 +1,4 @@
-# One mission: the virtual robot and a core in lockstep over a pty, from HELLO to the map.
+# One mission: the virtual robot and a core, in lockstep or each by its own clock, from HELLO to the map.
 
 import time
 import zlib
@@ -6,6 +6,7 @@ from array import array
 
 from protocol import parameters, schema, states
 from protocol.messages import BY_NAME
+from sim_device.free_run import TICK_MS, FreeRun
 from sim_device.links.peer import DEAD_S, Interrupted, Peer, PeerError, Refused
 
 STEP_S = 0.02
@@ -42,9 +43,9 @@ class Session:
         self._taps = taps
         self._report = report
         self._truth = truth
-        self._settings = settings or {}
-        self._realtime = realtime
-        self._steps_max = int(max_robot_s / STEP_S)
+        self._settings = {**(settings or {}), **({"tick_ms": [TICK_MS]} if realtime else {})}
+        self._free = FreeRun(self.peer, robot) if realtime else None
+        self._ticks_max = int(max_robot_s / STEP_S)
         self._stop = stop
         self._heed = True
 
@@ -59,6 +60,8 @@ class Session:
             hello = self.peer.meet(wait_s)
             self._set_parameters()
             self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()))
+            if self._free:
+                self._free.join()
             why = self._mission()
             dead_s = DEAD_S
         except Interrupted:
@@ -81,7 +84,7 @@ class Session:
             "real_time_factor": round(robot_s / self.wall_s, 1) if self.wall_s else None,
             "path_m": round(robot.path_m, 3), "contacts": robot.contacts,
             "frames": peer.frames, "bytes": peer.bytes, "dropped": peer.dropped_by_cause, "resent": peer.resent,
-            "tap_dropped": self._taps.dropped,
+            "tap_dropped": self._taps.dropped, "free_run": self._free and self._free.figures(),
             "status": None if status is None else status._asdict(),
             "stores": {name: store._asdict() for name, store in peer.stores.items()},
             "map_bytes": None if self.map_bytes is None else len(self.map_bytes),
@@ -100,16 +103,13 @@ class Session:
 
     def _mission(self):
         """Steps until the core says that it has ended: "" then, or why it was not waited for."""
-        robot, ask, truth, body = self.robot, self.peer.step, self._truth, self.robot
+        robot, ask, truth, body = self.robot, (self._free or self.peer).step, self._truth, self.robot
         values = array("i", bytes(4 * schema.VALUES_MAX))
         clock = time.monotonic
-        start_s = clock()
-        due_s = start_s if self._realtime else None
-        report_s = tap_s = start_s
+        report_s = tap_s = start_s = clock()
         step = FIRST_STEP - 1
-        last = step + self._steps_max
         try:
-            while step < last:
+            while robot.tick < self._ticks_max:
                 step += 1
                 values[0] = step
                 robot.sense(values)
@@ -127,19 +127,9 @@ class Session:
                     if now_s > report_s:
                         report_s = now_s + PROGRESS_S
                         self._progress(now_s - start_s)
-                if due_s is not None:
-                    due_s = self._pace(due_s + STEP_S, now_s)
             return "robot time limit"
         finally:
             self.wall_s = clock() - start_s
-
-    def _pace(self, due_s, now_s):
-        """Waits until a step is due. Where the machine was too slow, time lost is not caught up with."""
-        while now_s < due_s:
-            time.sleep(min(due_s - now_s, STEP_S / 2))
-            now_s = time.monotonic()
-            self._look_up(now_s)
-        return max(due_s, now_s - STEP_S)
 
     def _look_up(self, now_s):
         self._taps.service(now_s)

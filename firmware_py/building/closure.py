@@ -6,6 +6,7 @@ from ..storage.vector_store import CHAIN_END
 
 _FIRST = const(16)           # vectors at the outline's start that the overlap is compared with
 _NEAR_MM = const(200)
+_BOX_MM = const(250)         # _NEAR_MM, and what polar() may be out in 11 m
 _PRIOR = const(3)            # weight of "no error" in directions that no wall was seen across
 _SLICE = const(24)           # vertices a tick, so that a tick stays short
 _SMALL_MM = const(8)         # not worth moving a map for
@@ -42,31 +43,37 @@ class Closure:
     def add(self, x, y):
         # The nearest of the outline's first vectors that has (x, y) beside it.
         s = self._store
+        xs = s.xs
+        ys = s.ys
         best = _NEAR_MM
         nx = ny = 0
         i = self._first
-        n = _FIRST
-        while n and i + 1 < s.used:
-            n -= 1
-            if not s.flags[i] & CHAIN_END:
-                ax = s.xs[i] * 5
-                ay = s.ys[i] * 5
-                p = polar(_near(s.xs[i + 1] * 5 - ax), _near(s.ys[i + 1] * 5 - ay))
-                length = p >> 16
-                if length > 50:
-                    c = cosine(p & 0xFFFF) >> 3
-                    d = sine(p & 0xFFFF) >> 3
-                    dx = x - ax
-                    dy = y - ay
-                    if -9000 < dx < 9000 and -9000 < dy < 9000:
-                        along = (dx * c + dy * d) >> 12
-                        across = (dy * c - dx * d) >> 12
-                        size = across if across >= 0 else -across
-                        if 0 <= along <= length and size < (best if best >= 0 else -best):
-                            best = across
-                            nx = -d >> 7
-                            ny = c >> 7
+        end = i + _FIRST if i + _FIRST < s.used else s.used - 1
+        while i < end:
+            dx = x - xs[i] * 5
+            dy = y - ys[i] * 5
+            bx = _near((xs[i + 1] - xs[i]) * 5)
+            by = _near((ys[i + 1] - ys[i]) * 5)
             i += 1
+            # Far from the vector's box: that spares most of them the rest.
+            if dx < -_BOX_MM and dx < bx - _BOX_MM or dx > _BOX_MM and dx > bx + _BOX_MM:
+                continue
+            if dy < -_BOX_MM and dy < by - _BOX_MM or dy > _BOX_MM and dy > by + _BOX_MM:
+                continue
+            if s.flags[i - 1] & CHAIN_END or not (-9000 < dx < 9000 and -9000 < dy < 9000):
+                continue
+            p = polar(bx, by)
+            length = p >> 16
+            if length > 50:
+                c = cosine(p & 0xFFFF) >> 3
+                d = sine(p & 0xFFFF) >> 3
+                along = (dx * c + dy * d) >> 12
+                across = (dy * c - dx * d) >> 12
+                size = across if across >= 0 else -across
+                if 0 <= along <= length and size < (best if best >= 0 else -best):
+                    best = across
+                    nx = -d >> 7
+                    ny = c >> 7
         if best == _NEAR_MM or self.samples >= 200:
             return
         # The first pass lies -best from here along the normal: error = b of n . e = -r

@@ -82,9 +82,7 @@ class Explorer:
             f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam,
                    _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
             self._looked_turn = o.turn_bam
-        else:
-            self._infrared.erase(tick >> 1 & 7, f, tick)
-            self._infrared.erase((tick >> 1) + 4 & 7, f, tick)
+        self._infrared.erase(tick & 7, f, tick)
         if state >= BUILD and state != BUMP and state != STUCK:
             self.motion.stop()
             return

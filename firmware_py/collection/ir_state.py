@@ -50,8 +50,10 @@ class IrState:
 
     def update(self, ranges_mm, threshold_mm):
         state = 0
-        for j in range(8):
-            state = state << 1 | (1 if ranges_mm[j] < threshold_mm else 0)
+        for mm in ranges_mm:
+            state <<= 1
+            if mm < threshold_mm:
+                state |= 1
         self.state = state
         entry = STATES[state]
         if entry != self._pending:

@@ -50,6 +50,8 @@ class Localization:
         self._follow()
         if values[first] > 0:
             self._uwb.add(values, first, self.x_mm, self.y_mm)
+        elif self._uwb.waiting:
+            self._uwb.work()
 
     def _follow(self):
         o = self._odometry

@@ -1,6 +1,6 @@
 # Dead reckoning from encoder pulses (Paper eq. 1 and 2), integers only.
 
-from ..fixed import sine, cosine, ratio
+from ..fixed import sine, ratio
 from ..limits import COORDINATE_MAX_UM
 
 _PULSES_MAX = const(64)  # a tick; more than 1.4 m/s is a broken encoder (fewer for coarse encoders: see begin)
@@ -22,8 +22,6 @@ class Odometry:
         self.turn_bam = 0        # unwrapped heading, for the winding number
         self.path_um = 0         # below 1 mm; path_mm holds the rest
         self.path_mm = 0
-        self.step_um = 0         # of the last tick
-        self.middle_bam = 0      # heading in the middle of the last tick
         self.glitches = 0
         self._pulses_max = _PULSES_MAX
         self._um_q12 = 0         # micrometres a pulse
@@ -45,7 +43,6 @@ class Odometry:
         self.x_um = x_um
         self.y_um = y_um
         self.heading_bam = heading_bam
-        self.middle_bam = heading_bam
         self._heading_q13 = heading_bam << 13
 
     def update(self, left, right):
@@ -53,31 +50,34 @@ class Odometry:
         if left > most or left < -most or right > most or right < -most:
             self.glitches = (self.glitches + 1) & 0xFFFF
             left = right = 0
+        was = self.heading_bam
         turn = (self._heading_q13 + (right - left) * self._bam_q13) & 0x1FFFFFFF
         self._heading_q13 = turn
         turn >>= 13
-        turned = ((turn - self.heading_bam + 32768) & 0xFFFF) - 32768
-        middle = (self.heading_bam + (turned >> 1)) & 0xFFFF if self._midpoint else turn
-        self.middle_bam = middle
+        turned = ((turn - was + 32768) & 0xFFFF) - 32768
         self.heading_bam = turn
+        middle = was + (turned >> 1) if self._midpoint else turn
         self.turn_bam += turned
         if self.turn_bam > 0xFFFFFFF or self.turn_bam < -0xFFFFFFF:
             self.turn_bam = 0  # 4096 turns one way; the difference of any two stays below 2**30
         s = (left + right) * self._um_q12 + self._rest_um
         self._rest_um = s & 0x1FFF
         s >>= 13
-        self.step_um = s
-        p = s * cosine(middle) + self._rest_x
-        self.x_um += p >> 15
-        self._rest_x = p & 0x7FFF
-        p = s * sine(middle) + self._rest_y
-        self.y_um += p >> 15
-        self._rest_y = p & 0x7FFF
-        if abs(self.x_um) > COORDINATE_MAX_UM or abs(self.y_um) > COORDINATE_MAX_UM:
-            self.x_um = self.y_um = 0  # 536 m from the dock: no home; absurd input must stay bounded
+        x = s * sine(middle + 16384) + self._rest_x
+        y = s * sine(middle) + self._rest_y
+        self._rest_x = x & 0x7FFF
+        self._rest_y = y & 0x7FFF
+        x = (x >> 15) + self.x_um
+        y = (y >> 15) + self.y_um
+        most = COORDINATE_MAX_UM
+        if not (-most <= x <= most and -most <= y <= most):
+            x = y = 0  # 536 m from the dock: no home; absurd input must stay bounded
             self.glitches = (self.glitches + 1) & 0xFFFF
-        self.path_um += s if s >= 0 else -s
-        while self.path_um >= 1000:
-            self.path_um -= 1000
-            if self.path_mm < 0x1FFFFFFF:
-                self.path_mm += 1
+        self.x_um = x
+        self.y_um = y
+        s = self.path_um + (s if s >= 0 else -s)
+        if s >= 1000:
+            path = self.path_mm + s // 1000
+            self.path_mm = path if path < 0x1FFFFFFF else 0x1FFFFFFF
+            s %= 1000
+        self.path_um = s

@@ -1,6 +1,6 @@
-# The two loops of the follower: which hits are near, and which heading none of them blocks.
+# The loops over the hits: which are near, which heading none of them blocks, and which a beam sees through.
 #
-# They are more than half of a step, so a port may put machine code in their place
+# They would be more than half of a step, so a port may put machine code in their place
 # (ports/rolling_viper.py); these are what that must agree with, to the last bit.
 
 from ..fixed import polar
@@ -15,6 +15,7 @@ _FREE = const(255)
 _INSIDE = const(131)          # BAM a millimetre inside the disc: 7 degrees a cm
 _DEEPEST_MM = const(-90)      # deeper inside makes no difference: the block is half a turn wide by then
 _FRONT = const(7300)          # 40 degrees: what counts as in front
+_GHOST_ARC = const(31290)     # 3 mm beside a ray, as mm * BAM (65536 / 2 pi * 3)
 _BEHIND = const(29127)        # 160 degrees left is -200 degrees: still on the right
 
 # Places in `scope`, an array "i":
@@ -74,11 +75,22 @@ def first_free(bearings, distances, blocks, n, disc_mm, slope, start, heading):
         moved = False
         for i in range(n):
             a = blocks[i]
-            if a > 0:
-                d = ((heading - bearings[i] + 32768) & 0xFFFF) - 32768
-                if -a < d < a:
-                    heading += a - d
-                    moved = True
+            d = (heading - bearings[i] + a) & 0xFFFF  # from the blocked sector's beginning
+            if 0 < d < 2 * a:
+                heading += 2 * a - d
+                moved = True
         if heading - start > 65536:
             return _BOXED
     return heading
+
+
+def seen_through(bearings, distances, n, bearing, begin_mm, end_mm):
+    # Of the first n hits the last that lies on a ray, between begin and end of it: its place, or -1.
+    while n > 0:
+        n -= 1
+        d = distances[n]
+        if begin_mm < d < end_mm:
+            arc = ((bearings[n] - bearing + 32768) & 0xFFFF) - 32768
+            if -2000 < arc < 2000 and -_GHOST_ARC < arc * d < _GHOST_ARC:
+                return n
+    return -1

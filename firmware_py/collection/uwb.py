@@ -1,13 +1,17 @@
 # UWB reports to the deviation of the position (Paper eq. 3), integers only.
 
 from array import array
-from ..fixed import isqrt, power2
+from ..fixed import power2
 from ..limits import ANCHORS_MAX
 
 SOURCE_NONE = 0
 SOURCE_STRENGTH = 1
 SOURCE_TIME_OF_FLIGHT = 2
 
+_RECORDS_MAX = const(15)       # as many as a STEP holds
+_RECORDS = const(4)            # worked off a tick: a report comes in one of five
+_RANGE_MAX_MM = const(40000)
+_LOSS_MAX = const(20000)       # cdB from the level at 1 m, either way
 _AGE_SHIFT = const(5)          # each report fades the older ones by 1/32: about three seconds of them count
 _AXIS_MAX_MM = const(20000)    # no transmitter is heard farther off
 _GATE_MM = const(120)          # a range farther off than this and four deviations is an outlier
@@ -17,15 +21,25 @@ _DEVIATION_MAX_MM = const(800) # a range less accurate than that has no weight
 _SOLUTION_MAX_MM = const(4000) # farther off, the geometry is too poor
 _SEEN_SHIFT = const(3)         # over the last eight reports or so
 _SEEN_MAX_MM = const(2000)
-_PRIOR = const(3000)           # 29 mm: what dead reckoning is trusted for where the ranges say little
+_TRUSTED = const(3000)         # 29 mm: what dead reckoning is trusted for where the ranges say little
 _UNIT = const(2560000)         # square millimetres times information
+
+# Places in `scope`, an array "i": first a11, a12, a22, b1, b2, the sums
+_X = const(5)                  # where the report's ranges are seen from, mm
+_Y = const(6)
+_FIRST = const(7)              # in the table of parameters: the transmitters' x, then their y, then their heights
+_GAMMA = const(8)              # 0: ranges by time of flight
+_SPREAD = const(9)             # relative deviation of a range, Q12
+_ALPHA = const(10)             # Q12
+_PRIOR = const(11)             # _TRUSTED, or 0: dead reckoning is not weighed in
 
 
 class Uwb:
     # Weighted least squares of the deviation (dx, dy) of the true from the estimated position, over the
     # ranges of the last reports (Paper eq. 3 averages n samples of one transmitter; here all count,
     # each by its own accuracy, linearised at the estimate; transmitter heights are known).
-    #   add(values, first, x_mm, y_mm): the records of a STEP, seen from the estimate
+    #   add(values, first, x_mm, y_mm): takes the records of a STEP, seen from the estimate
+    #   work(): treats some of those waiting; a report at once would be twice what the rest of a step costs
     #   solve(): dx_mm, dy_mm, reports -> False when the geometry or the reports are too few
     #   clear(): after the estimate was replaced
     # variance_mm2: of one axis of the solution. A and its right-hand side hold information: 1 is worth
@@ -37,47 +51,44 @@ class Uwb:
         self.variance_mm2 = 0
         self.reports = 0
         self.outliers = 0
-        self._prior = 0
         self._source = 0
         self._anchors = 0
         self._table = None
-        self._first_x = 0
-        self._first_y = 0
-        self._first_z = 0
         self._level_1m = 0
         self._level_min = 0
-        self._gamma = 1700
-        self._spread_q12 = 0   # relative deviation of a range
-        self._alpha_q12 = 4096
         self._seen_mm = array("h", bytes(2 * ANCHORS_MAX))
-        self._sums = array("i", bytes(20))  # a11, a12, a22, b1, b2
+        self._scope = array("i", bytes(48))
+        self.waiting = 0
+        self._counted = False  # the present report has made a difference
+        self._queue = array("i", bytes(4 * _RECORDS_MAX))  # transmitter << 16 | range in mm, or loss + _LOSS_MAX
 
     def begin(self, parameters, weighted):
-        self._prior = _PRIOR if weighted else 0
+        scope = self._scope
+        scope[_PRIOR] = _TRUSTED if weighted else 0
         self._source = parameters.of("uwb_source")
         self._anchors = parameters.of("anchor_count")
         self._table = parameters.values
-        self._first_x = parameters.first("anchor_x")
-        self._first_y = parameters.first("anchor_y")
-        self._first_z = parameters.first("anchor_height")
+        scope[_FIRST] = parameters.first("anchor_x")
         self._level_1m = parameters.of("uwb_level_1m")
         self._level_min = parameters.of("uwb_level_min")
         gamma = parameters.of("uwb_gamma")
         sigma = parameters.of("uwb_sigma")
-        self._gamma = gamma
+        scope[_GAMMA] = gamma if self._source == SOURCE_STRENGTH else 0
         # s = ln 10 sigma / (10 gamma); alpha = exp(-s^2 / 2), to the second order
         s = sigma * 9431 // gamma           # Q12: ln(10) / 10 * 4096 * 10
-        self._spread_q12 = s if s > 20 else 20
-        self._alpha_q12 = 4096 - (s * s >> 13) if s < 2048 else 3584
+        scope[_SPREAD] = s if s > 20 else 20
+        scope[_ALPHA] = 4096 - (s * s >> 13) if s < 2048 else 3584
 
     def clear(self):
         for i in range(5):
-            self._sums[i] = 0
+            self._scope[i] = 0
         self.reports = 0
 
     def shift(self, dx_mm, dy_mm):
         # The estimate has moved by (dx, dy): the reports that count now deviate by so much less.
-        s = self._sums
+        s = self._scope
+        s[_X] += dx_mm
+        s[_Y] += dy_mm
         if (s[0] + s[2] >> 10) * (abs(dx_mm) + abs(dy_mm)) > 1 << 19:
             self.clear()  # so far that they were linearised elsewhere, and that a product would pass 2**30
             return
@@ -87,88 +98,52 @@ class Uwb:
             self.clear()
 
     def add(self, values, first, x_mm, y_mm):
-        n = values[first]
-        if n <= 0 or self._source == SOURCE_NONE:
+        if self._source == SOURCE_NONE:
             return
-        sums = self._sums
+        while self.waiting:
+            self.work()  # reports come faster than they are worked off
+        self._scope[_X] = x_mm
+        self._scope[_Y] = y_mm
+        self._counted = False
         for i in range(5):
-            sums[i] -= sums[i] >> _AGE_SHIFT
-        used = 0
+            self._scope[i] -= self._scope[i] >> _AGE_SHIFT
+        queue = self._queue
+        anchors = self._anchors
+        weakest = self._level_min
+        loss = self._level_1m + _LOSS_MAX if self._source == SOURCE_STRENGTH else 0
+        n = values[first] if values[first] < _RECORDS_MAX else _RECORDS_MAX
         first += 1
+        used = 0
         while n > 0:
             n -= 1
-            if self._range(values, first, x_mm, y_mm):
-                used += 1
+            anchor = values[first]
+            d = values[first + 1]
+            if d >= weakest and 0 <= anchor < anchors:
+                d = loss - d if loss else values[first + 2]
+                if 0 < d <= _RANGE_MAX_MM:
+                    queue[used] = anchor << 16 | d
+                    used += 1
             first += 3
-        if used and self.reports < 1000:
-            self.reports += 1
+        self.waiting = used
 
-    def _range(self, values, first, x_mm, y_mm):
-        anchor = values[first]
-        if anchor < 0 or anchor >= self._anchors or values[first + 1] < self._level_min:
-            return False
-        dx = self._table[self._first_x + anchor] - x_mm
-        dy = self._table[self._first_y + anchor] - y_mm
-        dz = self._table[self._first_z + anchor]
-        if not (-_AXIS_MAX_MM < dx < _AXIS_MAX_MM and -_AXIS_MAX_MM < dy < _AXIS_MAX_MM):
-            return False
-        expected = isqrt(dx * dx + dy * dy + dz * dz)
-        if expected < 100:
-            return False
-        if self._source == SOURCE_STRENGTH:
-            # Paper eq. 3: d = alpha 10^((PL_1 - P) / (10 gamma)) = alpha 2^(log2(10) / 10 ...)
-            d = self._level_1m - values[first + 1]
-            if d > 20000 or d < -20000:
-                return False
-            d = power2(d * 13607 // self._gamma)
-            if d > 40000:
-                return False
-            d = d * self._alpha_q12 >> 12
-            deviation = d * self._spread_q12 >> 12
-        else:
-            d = values[first + 2]
-            if d <= 0 or d > 40000:
-                return False
-            deviation = _TOF_SIGMA_MM
-        e = expected - d
-        gate = _GATE_MM + 4 * deviation
-        if gate > _RESIDUAL_MAX_MM:
-            gate = _RESIDUAL_MAX_MM
-        if self._prior:
-            deviation = self._seen(anchor, e if e >= 0 else -e, deviation)
-        if e > gate or e < -gate:
-            self.outliers = (self.outliers + 1) & 0xFFFF
-            return False
-        if deviation > _DEVIATION_MAX_MM:
-            return False
-        # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
-        w = 640000 // (deviation * deviation) if deviation > 25 else 1024  # 64 at 100 mm
-        ux = (dx * 64) // expected
-        uy = (dy * 64) // expected
-        sums = self._sums
-        sums[0] += w * ux * ux >> 10
-        sums[1] += w * ux * uy >> 10
-        sums[2] += w * uy * uy >> 10
-        sums[3] += w * ux * e >> 4
-        sums[4] += w * uy * e >> 4
-        return True
-
-    def _seen(self, anchor, size, deviation):
-        # What this transmitter's ranges deviate by lately, if that is more than the model says: behind
-        # walls it is many times as much.
-        seen = self._seen_mm[anchor]
-        seen += (size if size < _SEEN_MAX_MM else _SEEN_MAX_MM) - seen >> _SEEN_SHIFT
-        self._seen_mm[anchor] = seen
-        seen = seen * 5 >> 2  # from a mean to a deviation
-        return seen if seen > deviation else deviation
+    def work(self):
+        n = self.waiting
+        self.waiting = n - _RECORDS if n > _RECORDS else 0
+        n = weigh(self._scope, self._queue, self._table, self._seen_mm, self.waiting, n)
+        self.outliers = self.outliers + (n >> 8) & 0xFFFF
+        if n & 0xFF and not self._counted:
+            self._counted = True
+            if self.reports < 1000:
+                self.reports += 1
 
     def solve(self):
-        prior = self._prior
-        a = self._sums[0] + prior
-        b = self._sums[1]
-        c = self._sums[2] + prior
-        p = self._sums[3]
-        q = self._sums[4]
+        scope = self._scope
+        prior = scope[_PRIOR]
+        a = scope[0] + prior
+        b = scope[1]
+        c = scope[2] + prior
+        p = scope[3]
+        q = scope[4]
         # The same by halves until every product stays below 2**30; unit is what one of A is worth then.
         unit = _UNIT
         while a > 8191 or c > 8191:
@@ -195,3 +170,66 @@ class Uwb:
         self.dx_mm = (c * p - b * q) // det
         self.dy_mm = (a * q - b * p) // det
         return abs(self.dx_mm) < _SOLUTION_MAX_MM and abs(self.dy_mm) < _SOLUTION_MAX_MM
+
+
+def weigh(scope, queue, table, seen_mm, begin, end):
+    # Adds the records queue[begin .. end) to the sums. -> how many counted, and the outliers << 8
+    # A port may put machine code in its place: ports/rolling_viper.py.
+    x_mm = scope[_X]
+    y_mm = scope[_Y]
+    gamma = scope[_GAMMA]
+    transmitters = ANCHORS_MAX
+    deviation = _TOF_SIGMA_MM
+    told = 0
+    while begin < end:
+        d = queue[begin]
+        begin += 1
+        anchor = d >> 16
+        d &= 0xFFFF
+        i = scope[_FIRST] + anchor
+        dx = table[i] - x_mm
+        dy = table[i + transmitters] - y_mm
+        if not (-_AXIS_MAX_MM < dx < _AXIS_MAX_MM and -_AXIS_MAX_MM < dy < _AXIS_MAX_MM):
+            continue
+        if gamma:
+            # Paper eq. 3: d = alpha 10^((PL_1 - P) / (10 gamma)) = alpha 2^(log2(10) / 10 ...)
+            d = power2((d - _LOSS_MAX) * 13607 // gamma)
+            if d < 2 or d > _RANGE_MAX_MM:
+                continue
+            d = d * scope[_ALPHA] >> 12
+            deviation = d * scope[_SPREAD] >> 12
+        # Two rounds of Newton from the range itself: exact where it is near, and an outlier stays one.
+        i = table[i + 2 * transmitters]
+        i = dx * dx + dy * dy + i * i
+        expected = d + i // d >> 1
+        expected = expected + i // expected >> 1
+        if expected < 100:
+            continue
+        e = expected - d
+        likely = deviation
+        if scope[_PRIOR]:
+            # What this transmitter's ranges deviate by lately, if that is more than the model says: behind
+            # walls it is many times as much.
+            i = e if e >= 0 else -e
+            i = seen_mm[anchor] + ((i if i < _SEEN_MAX_MM else _SEEN_MAX_MM) - seen_mm[anchor] >> _SEEN_SHIFT)
+            seen_mm[anchor] = i
+            i = i * 5 >> 2  # from a mean to a deviation
+            if i > likely:
+                likely = i
+        i = _GATE_MM + 4 * deviation
+        if i > _RESIDUAL_MAX_MM:
+            i = _RESIDUAL_MAX_MM
+        if e > i or e < -i:
+            told += 256
+        elif likely <= _DEVIATION_MAX_MM:
+            # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
+            w = 640000 // (likely * likely) if likely > 25 else 1024  # 64 at 100 mm
+            dx = (dx << 6) // expected
+            dy = (dy << 6) // expected
+            scope[0] += w * dx * dx >> 10
+            scope[1] += w * dx * dy >> 10
+            scope[2] += w * dy * dy >> 10
+            scope[3] += w * dx * e >> 4
+            scope[4] += w * dy * e >> 4
+            told += 1
+    return told

@@ -76,6 +76,11 @@ class Port:
         except OSError:
             pass  # gone: the next read says so
 
+    def wait(self, ms):
+        # Less than that: sleep returns late, so the caller watches the last millisecond pass.
+        if ms > 1:
+            time.sleep((ms - 1) / 1000)
+
     def heap_used(self):
         return 0
 

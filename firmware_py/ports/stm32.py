@@ -17,7 +17,9 @@ _READ_WRITE_BINARY = 3
 _COUNTS_MS = 120000     # of SysTick, at 120 MHz
 _WRAP_MS = 100
 _WRAP = _COUNTS_MS * _WRAP_MS
-_BIN = 48000            # counts, which are 50,000 instructions of QEMU's at 8 ns
+_FINE = 9600            # counts, which are 10,000 instructions of QEMU's at 8 ns
+_FINE_BINS = 40
+_COARSE = 240000
 _BINS = 48              # the last one holds all above
 
 
@@ -28,8 +30,8 @@ class PortError(Exception):
 class Port:
     # As unix.Port. read() returns at the end of a frame, or every 100 ms; over semihosting, where the emulator
     # stands still meanwhile, only when something has come: the time limits there are the host's business.
-    # begin_tick() and end_tick() stand around a step: tick_bins tells how many steps took how many _BIN, tick_largest
-    # the counts of the longest. Interrupts stay masked: the part's vector table leads into the fault handler.
+    # begin_tick() and end_tick() stand around a step: tick_bins tells how many steps took how many counts, in bins
+    # of _FINE, then of _COARSE; tick_largest the counts of the longest. Interrupts stay masked: the part's vector table leads into the fault handler.
 
     def __init__(self):
         self.heap_code_bytes = _code
@@ -40,6 +42,7 @@ class Port:
         self._handle = 0
         self._buf = None
         self._wraps = 0
+        self._last = 0
         self._began = 0
         self.tick_largest = 0
         self.tick_bins = array("H", bytes(2 * _BINS))
@@ -77,9 +80,12 @@ class Port:
             left = registers.semihost(_READ, self._handle, buf, len(buf))
             self._wraps += registers.clock_wrapped()
             return len(buf) - left if 0 <= left < len(buf) else -1
-        size = registers.usart_receive(buf, len(buf))
-        self._wraps += registers.clock_wrapped()
-        if size == 0 and registers.repl_interrupted():
+        size = registers.usart_receive(buf, len(buf), self._last)
+        if size:
+            self._last = buf[size - 1]
+        wrapped = registers.clock_wrapped()
+        self._wraps += wrapped
+        if (wrapped or size == 0) and registers.repl_interrupted():
             return -1
         return size
 
@@ -88,6 +94,9 @@ class Port:
             registers.semihost(_WRITE, self._handle, buf, size)
         else:
             registers.usart_send(buf, size)
+
+    def wait(self, ms):
+        pass    # the caller watches the clock: it wakes nobody
 
     def heap_used(self):
         return gc.mem_alloc()
@@ -101,21 +110,26 @@ class Port:
             counts += _WRAP
         if counts > self.tick_largest:
             self.tick_largest = counts
-        i = counts // _BIN
+        i = counts // _FINE
+        if i >= _FINE_BINS:
+            i = _FINE_BINS + (counts - _FINE * _FINE_BINS) // _COARSE
         if i >= _BINS:
             i = _BINS - 1
         if self.tick_bins[i] < 0xFFFF:
             self.tick_bins[i] += 1
 
     def print_ticks(self):
-        print("tvslam: costs", self.tick_largest, _BIN, end="")
+        print("tvslam: costs", self.tick_largest, _FINE, _FINE_BINS, _COARSE, end="")
         for count in self.tick_bins:
             print("", count, end="")
         print()
 
     def ticks_ms(self):
-        self._wraps += registers.clock_wrapped()
-        return (self._wraps & 0x7FFFF) * _WRAP_MS + (_WRAP - 1 - registers.clock_value()) // _COUNTS_MS & 0x3FFFFFF
+        counts = registers.clock_value()
+        if registers.clock_wrapped():
+            self._wraps += 1
+            counts = registers.clock_value()  # the first may be of before
+        return (self._wraps & 0x7FFFF) * _WRAP_MS + (_WRAP - 1 - counts) // _COUNTS_MS & 0x3FFFFFF
 
     def random(self):
         # From the time that the REPL took to start us: differs from boot to boot as far as the host's clock does.

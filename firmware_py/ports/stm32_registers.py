@@ -81,17 +81,17 @@ def usart_open():
     enable[0] = _USART2_BIT
 
 
-# Bytes until a frame ends (a 0 behind something), the buffer is full, or the clock has wrapped.
+# Bytes until a frame ends (a 0 behind something), the buffer is full, or the clock has wrapped. `last` is the byte
+# received before: a frame whose end comes after a wrap ends as every other, and is not waited upon for one more.
 # The receive register holds one byte: the flag is looked at before sleeping, and a byte that comes
 # between the two is pending already, so that none is slept over.
 @micropython.viper
-def usart_receive(buf, size: int) -> int:
+def usart_receive(buf, size: int, last: int) -> int:
     into = ptr8(buf)
     usart = ptr32(_USART2 << 2)
     clear = ptr32(_NVIC_CLEAR_1 << 2)
     icsr = ptr32(_ICSR << 2)
     n = 0
-    last = 0
     while n < size:
         clear[0] = _USART2_BIT
         if usart[0] & _RXNE:

@@ -115,6 +115,11 @@ class Port:
         except MemoryError:
             pass
 
+    def wait(self, ms):
+        # Less than that: sleep returns late, so the caller watches the last millisecond pass.
+        if ms > 1:
+            time.sleep_ms(ms - 1)
+
     def heap_used(self):
         return gc.mem_alloc()
 

@@ -103,14 +103,32 @@ class Peer:
 
     def step(self, values, dead_s=DEAD_S):
         """One lockstep: STEP of these flat values (codec.py); its STEP_RSP."""
-        newest = self.newest
         for _ in self._tries(self.link.encode_step(values), dead_s):
-            answer = newest.get(_STEP_RSP)
-            if answer is not None and answer[0] == values[0]:
+            answer = self.answer(values[0])
+            if answer is not None:
                 return answer
-            if _ERROR in newest:
-                self._check_error(_STEP.ID)
-        raise PeerError("the core on %s has not answered STEP %d for %g s" % (self._pty.path, values[0], dead_s))
+        raise self.silent(values[0], dead_s)
+
+    def answer(self, step):
+        """That step's STEP_RSP, if it has come."""
+        answer = self.newest.get(_STEP_RSP)
+        if answer is not None and answer[0] == step:
+            return answer
+        if _ERROR in self.newest:
+            self._check_error(_STEP.ID)
+        return None
+
+    def silent(self, step, dead_s):
+        return PeerError("the core on %s has not answered STEP %d for %g s" % (self._pty.path, step, dead_s))
+
+    def send(self, wire):
+        self._pty.write(wire)
+
+    def take(self, timeout_ms):
+        """Waits for what comes, for whoever keeps its own time; True if anything did."""
+        came = self._receive(timeout_ms)
+        self._look_up(time.monotonic())
+        return came
 
     def _tries(self, wire, dead_s):
         """Sends the frame, then yields whenever something came, repeating the frame, until the time is over."""

@@ -23,7 +23,11 @@ class MemoryPort:
         return self.used
 
     def ticks_ms(self):
-        return self.ms
+        return self.ms & 0x3FFFFFF
+
+    def wait(self, ms):
+        assert ms > 0
+        self.ms += max(ms - 1, 1)  # a little less, as every port
 
 
 class Story:

@@ -52,6 +52,15 @@ def test_between_two_entries_of_the_table_a_range_is_interpolated():
     assert max(a - b for a, b in zip(seen, seen[1:])) <= 2  # entries lie up to 11 mm apart there
 
 
+def test_the_least_count_is_that_of_the_greatest_range():
+    sensing = Sensing()
+    values = [0] * VALUES_MAX
+    for count, mm in ((infrared_module._HIT_COUNT, 230), (infrared_module._HIT_COUNT - 1, 999)):
+        values[3] = count
+        sensing.infrared.update(values, 3, 0, 0, 0, 1)
+        assert sensing.infrared.ranges_mm[0] == mm
+
+
 def test_too_far_is_nothing():
     assert Sensing().see({6: 260})[5] == 999 and Sensing().see({})[0] == 999
 

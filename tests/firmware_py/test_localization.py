@@ -21,7 +21,7 @@ class Fixes:
         self.variance_mm2 = 0
         self.good = True
         self.shifted = []
-        self.added = 0
+        self.added = self.waiting = self.worked = 0
 
     def solve(self):
         return self.good
@@ -31,6 +31,11 @@ class Fixes:
 
     def add(self, values, first, x_mm, y_mm):
         self.added += 1
+        self.waiting = 2
+
+    def work(self):
+        self.worked += 1
+        self.waiting -= 1
 
 
 class Located:
@@ -137,7 +142,10 @@ def test_reports_reach_the_receiver_with_the_estimate():
     located = Located()
     located.at(10, 10, reports=0)
     located.at(10, 10, reports=3)
-    assert located.uwb.added == 1
+    assert (located.uwb.added, located.uwb.worked) == (1, 0)
+    for _ in range(4):
+        located.at(10, 10)
+    assert (located.uwb.added, located.uwb.worked) == (1, 2)
 
 
 MM = st.integers(-400_000, 400_000)

@@ -1,4 +1,4 @@
-# The machine code that a port may put in the follower's place agrees with it to the last bit.
+# The machine code that a port may put in the place of the innermost loops agrees with it to the last bit.
 
 import pytest
 
@@ -8,4 +8,5 @@ from tests.upy import run
 @pytest.mark.parametrize("seed", [1, 77, 4242])
 def test_the_machine_code_agrees(seed):
     printed = run.script("tests.upy.rolling_same", str(seed), "400", heap="192k")
-    assert "rounds 400 differed 0" in printed
+    rounds, differed, *seen = [int(word) for word in printed.split()[1::2]]
+    assert (rounds, differed) == (400, 0) and min(seen) > 20, printed  # seen: rays through a hit, ranges used, outliers

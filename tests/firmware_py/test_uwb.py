@@ -38,8 +38,17 @@ def record(anchor, at, anchors=ANCHORS, bias_mm=0, level=None, sigma_db=0.1):
 
 
 def report(uwb, records, seen_from):
-    values = array("i", [len(records), *[v for r in records for v in r]] + [0] * 4)
-    uwb.add(values, 0, *seen_from)
+    uwb.add(told(records), 0, *seen_from)
+    work_off(uwb)
+
+
+def told(records):
+    return array("i", [len(records), *[v for r in records for v in r]] + [0] * 4)
+
+
+def work_off(uwb):
+    while uwb.waiting:
+        uwb.work()
 
 
 AXIS = st.integers(-80, 80)
@@ -129,6 +138,37 @@ def test_the_newest_three_seconds_count():
     fixed_at(uwb, records=[record(a, (3080, 2500)) for a in range(5)], times=100)
     fixed_at(uwb, records=[record(a, (3000, 2500)) for a in range(5)], times=100)
     assert uwb.solve() and abs(uwb.dx_mm) < 10
+
+
+def test_a_report_is_worked_off_in_four_ticks_and_a_move_in_between_changes_nothing():
+    anchors = [[4000 + 300 * k, 200 * k * (k % 3)] for k in range(15)]
+    solved = []
+    for moved_after in (None, 0, 1, 3):
+        uwb = made(FLIGHT, anchors=anchors)
+        for _ in range(20):
+            uwb.add(told([record(a, (3040, 2500), anchors) for a in range(15)]), 0, 3000, 2500)
+            work_off(uwb)
+        uwb.add(told([record(a, (3040, 2500), anchors) for a in range(15)]), 0, 3000, 2500)
+        for tick in range(4):
+            assert uwb.waiting > 0
+            if tick == moved_after:
+                uwb.shift(25, -10)
+            uwb.work()
+        assert uwb.waiting == 0 and uwb.reports == 21
+        if moved_after is None:
+            uwb.shift(25, -10)
+        assert uwb.solve()
+        solved.append((uwb.dx_mm, uwb.dy_mm))
+    assert all(math.dist(a, solved[0]) <= 2 for a in solved), solved
+    assert math.dist(solved[0], (15, 10)) < 8
+
+
+def test_reports_that_come_faster_than_they_are_worked_off_all_count():
+    uwb = made(FLIGHT, weighted=0)
+    for _ in range(10):
+        uwb.add(told([record(a, (3040, 2500)) for a in range(5)]), 0, 3000, 2500)
+    work_off(uwb)
+    assert uwb.reports == 10 and uwb.solve() and abs(uwb.dx_mm - 40) < 8
 
 
 ANY = st.tuples(st.integers(0, 40), st.integers(-32768, 32767), st.integers(0, 65535))

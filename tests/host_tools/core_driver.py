@@ -100,7 +100,7 @@ class CoreDriver:
         elif message_id == tables.IDENTIFY:
             self._hello()
         elif message_id == tables.STATUS:
-            self._send("STATUS_RSP", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 196608, 62000, 1, 0)
+            self._send("STATUS_RSP", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 196608, 62000, 1, 0, 0, 0)
         elif message_id == tables.PARAM_LIST and values[0] < len(PARAMETERS):
             name, unit, count, low, high, default = PARAMETERS[values[0]]
             self._send("PARAM_INFO", values[0], count, low, high, default, unit, name)

@@ -105,7 +105,8 @@ class SyntheticMission:
             self.say("STORE", index=index, name=name, used=used, capacity=capacity, record_bytes=size, lost=0)
         self.say("STATUS_RSP", step=self.number - 1, state=states.DONE, finished=finished, reason=reason, degraded=degraded,
                  steps_lo=0xBEEF, steps_hi=0x00AD, map_lo=0x0002, map_hi=0x1000, closure_before_mm=123, closure_after_mm=4,
-                 bumps=2, path_mm=8000, heap_bytes=heap_bytes, heap_used_bytes=heap_bytes // 2, heap_locked=1, allocated_after_boot_bytes=0)
+                 bumps=2, path_mm=8000, heap_bytes=heap_bytes, heap_used_bytes=heap_bytes // 2, heap_locked=1, allocated_after_boot_bytes=0,
+                 late_ticks=0, late_ms=0)
         if map_bytes is not None:
             crc = zlib.crc32(map_bytes[:-4])  # the map's own, which ends it
             self.say("MAP_INFO_RSP", generation=1, size=len(map_bytes), crc_lo=crc & 0xFFFF, crc_hi=crc >> 16)

@@ -30,6 +30,9 @@ def expect_refusal(capsys, argv, *words):
 
 @pytest.mark.parametrize("argv, words", [
     (["--target", "stm32", "--heap", "120k"], ("--heap 120k", "128 KB", "112k")),
+    (["--realtime", "--target", "stm32", "--link", "semihost"], ("--realtime", "semihost", "--link pty")),
+    (["--max-robot-s", "0"], ("--max-robot-s 0", "above 0")),
+    (["--max-robot-s", "long"], ("--max-robot-s long", "seconds")),
     (["--link", "semihost"], ("--link semihost", "stm32", "pty")),
     (["--target", "esp"], ("--target esp", "unknown", "port:DEV")),
     (["--target", "port:"], ("--target port:", "unknown")),

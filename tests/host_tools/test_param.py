@@ -105,7 +105,7 @@ def test_what_no_action_takes_is_refused_in_its_name(capsys):
 
 def test_a_target_that_is_none(capsys):
     assert cli.main(["param", "--target", "moon", "list"]) == 2
-    assert "'moon' is no target: give cpython, unix or port:DEVICE" in capsys.readouterr().err
+    assert "'moon' is no target: give cpython, unix, stm32 or port:DEVICE" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("target", ["unix", "cpython"])

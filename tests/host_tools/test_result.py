@@ -24,7 +24,7 @@ ERROR_KEYS = {"mean_cm", "p95_cm", "max_cm"}
 # The contract with scripts, written out once more: a key renamed in the code must fail here.
 KEYS = {
     "": {"schema", "home", "target", "link", "mode", "uwb", "odometry", "seed", "finished", "reason", "degraded", "time", "localisation",
-         "map", "memory", "tick", "link_stats", "cleaning", "update", "days", "hash"},
+         "map", "memory", "tick", "link_stats", "free_run", "cleaning", "update", "days", "hash"},
     "time": {"robot_s", "wall_s", "real_time_factor", "path_m", "lower_bound_s", "contacts"},
     "localisation": {"stops", "estimate", "dead_reckoning", "uwb_only", "paper_rule", "trajectory_rmse_cm"},
     "localisation.estimate": ERROR_KEYS, "localisation.dead_reckoning": ERROR_KEYS, "localisation.uwb_only": ERROR_KEYS,
@@ -32,10 +32,12 @@ KEYS = {
     "map": {"vectors", "chains", "regions", "true_rooms", "turning_nodes", "edges", "ram_bytes", "ram_capacity_bytes", "stored_bytes",
             "precision_5cm", "recall_5cm", "outline_precision_5cm", "outline_recall_5cm", "hausdorff_p95_cm", "iou_free", "closure_cm"},
     "map.closure_cm": {"before", "after"},
-    "memory": {"heap_bytes", "heap_peak_bytes", "static_ram_bytes", "stack_peak_bytes", "stores", "heap_locked",
-               "allocated_after_boot_bytes"},
+    "memory": {"heap_bytes", "heap_peak_bytes", "static_ram_bytes", "stack_peak_bytes", "flash_bytes", "boot_s", "stores",
+               "heap_locked", "allocated_after_boot_bytes"},
     "tick": {"count", "p50_us", "p99_us", "max_us", "instructions_p99", "instructions_max"},
     "link_stats": {"frames", "bytes", "dropped_by_cause", "retransmits"},
+    "free_run": {"core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm", "residual_ms",
+                 "clock_jumps", "round_trip_ms", "margin_ms"},
     "cleaning": {"coverage", "overlap", "robot_s"},
     "update": {"robot_s", "full_robot_s", "regions_rebuilt"},
     "hash": {"steps", "map"},

@@ -97,3 +97,32 @@ def test_any_bytes_behind_the_head_are_survived(noise):
 def test_another_file_is_named(data, sentence):
     with pytest.raises(LogError, match=sentence):
         LogReader().feed(data)
+
+
+@given(frames, st.integers(1, 200), st.data())
+def test_the_first_damage_is_told_with_the_records_before_it(items, size, data):
+    log, records = written(items)
+    head = len(LogWriter().head())
+    at = data.draw(st.integers(0, len(log) - head - 1)) + head if len(log) > head else None
+    if at is None:
+        return
+    bad = bytearray(log)
+    bad[at] ^= data.draw(st.integers(1, 255))
+    reader, found = read(bytes(bad), size)
+    whole = sum(len(written(items[:n])[0]) <= at for n in range(1, len(items) + 1))
+    if reader.damaged_at is None:   # a length made longer: all that follows waits for the rest of it
+        assert reader.left_over and found == records[:whole] and reader.sound == whole
+        return
+    assert reader.damaged_at == len(written(items[:whole])[0]) and reader.sound == whole
+    assert found[:whole] == records[:whole]
+
+
+def test_records_that_were_cut_out_cleanly_are_missed_at_the_next_marker():
+    data, records = long_log()
+    size = len(written([(0, 0, records[0].frame)])[0]) - len(LogWriter().head())
+    head = len(LogWriter().head())
+    reader, found = read(data[:head + 10 * size] + data[head + 12 * size:])
+    assert reader.lost == 2 and reader.damaged == 0
+    first_mark = data.index(MARK, head)
+    assert reader.damaged_at == first_mark - 2 * size and found[:10] == records[:10]
+    assert reader.sound == (first_mark - head) // size - 2 < len(found)

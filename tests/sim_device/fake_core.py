@@ -86,6 +86,9 @@ class FakeCore:
     def on_identify(self, values):
         self.hello()
 
+    def on_ping(self, v):
+        self.send("PONG", v[0], int(time.monotonic() * 1000) & 0x3FFFFFF)
+
     def on_param_set(self, v):
         row = parameters.PARAMETERS[v[0]]
         status = schema.PARAM_OK if row[3] <= v[2] <= row[4] else schema.PARAM_OUT_OF_RANGE
@@ -134,7 +137,7 @@ class FakeCore:
         done = self.last_step >= self.options.steps and self.options.fault != "fails"
         reason = states.REASON_CLOSED if done else states.REASON_STUCK if self.options.fault == "fails" else states.REASON_NONE
         self.send("STATUS_RSP", self.last_step, states.DONE if done else states.FOLLOW, int(done), reason, 0,
-                  self.executed & 0xFFFF, 0, 0, 0, 30, 10, 0, 1234, 196608, 60000, 1, 0)
+                  self.executed & 0xFFFF, 0, 0, 0, 30, 10, 0, 1234, 196608, 60000, 1, 0, 0, 0)
 
     def on_map_info(self, v):
         if self.options.fault == "no_map":

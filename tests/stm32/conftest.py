@@ -11,7 +11,7 @@ from host_tools.stm32_tools import ImageError
 HEAP_BYTES = 27648
 
 
-def _without(sentence):
+def without(sentence):
     if os.environ.get("REQUIRE_STM32") == "1":
         pytest.fail(sentence)
     pytest.skip(sentence)
@@ -22,7 +22,7 @@ def stm32_tools_here():
     try:
         stm32_tools.need(stm32_tools.TO_BUILD + stm32_tools.TO_RUN)
     except ImageError as error:
-        _without(str(error))
+        without(str(error))
 
 
 @pytest.fixture(scope="session")
@@ -32,5 +32,5 @@ def stm32_elf(stm32_tools_here):
         return stm32_image.image(HEAP_BYTES)
     except ImageError as error:
         if error.code == 3 and not any((stm32_image.cache_folder()).glob("micropython-debian-*")):
-            _without("%s %s" % (error, " ".join(error.lines)))  # no network, and no source yet
+            without("%s %s" % (error, " ".join(error.lines)))  # no network, and no source yet
         raise

@@ -69,6 +69,9 @@ def test_a_mission_ends_as_on_the_computer(project, tmp_path, small, elf):
         assert result["map"] == expected["map"] and result["time"]["robot_s"] == expected["time"]["robot_s"]
         assert result["memory"]["heap_locked"] and result["memory"]["allocated_after_boot_bytes"] == 0
         assert result["memory"]["heap_peak_bytes"] <= result["memory"]["heap_bytes"] <= int(HEAP.rstrip("k")) * 1024
+        for key, low, high in (("flash_bytes", 100_000, 1 << 20), ("static_ram_bytes", 500, 8 << 10), ("stack_peak_bytes", 500, 10 << 10),
+                               ("boot_s", 0.01, 3)):
+            assert low < result["memory"][key] < high, key
         tick = result["tick"]
         # Every step decodes two dozen fields and multiplies: it cannot cost less, and 20 ms of the part are its bound.
         assert 50_000 < tick["instructions_p99"] <= tick["instructions_max"] < 2_400_000
@@ -149,18 +152,33 @@ def test_the_repl_serves_again_when_the_core_has_ended(elf):
         emulator.stop()
 
 
+def test_the_stack_is_seen_where_it_was_deepest(elf):
+    with Children() as children:
+        emulator = Emulator(children, elf)
+        emulator.boot()
+        shallow = emulator.memory()["stack_peak_bytes"]
+        emulator._send(b"def down(n):\n if n:\n  down(n - 1)\ndown(25)\nprint('up again')\n\x04")
+        wait_until(lambda: "up again" in emulator._text, 3)
+        deep = emulator.memory()["stack_peak_bytes"]
+        assert shallow + 25 * 40 < deep < 10 << 10, (shallow, deep)  # a call takes more than 40 bytes; the VM stops at 10 KiB
+        emulator.stop()
+        assert emulator.memory()["stack_peak_bytes"] is None, "an emulator that is gone tells nothing"
+
+
 def test_without_an_emulator_its_package_is_named(project, small, tmp_path):
     code, _, said = finish(hil(project, small, "--target", "stm32", env={**os.environ, "PATH": str(tmp_path)}))
     assert code == 2 and "qemu-system-arm" in said and "apt" in said and said.count("\n") == 1, said
 
 
+def costs(largest, **steps_of_bin):
+    bins = [str(steps_of_bin.get("bin%d" % i, 0)) for i in range(48)]
+    return tick_costs("tvslam: costs %d 9600 40 240000 %s\n" % (largest, " ".join(bins)))
+
+
 def test_costs_are_counted_in_instructions():
-    bins = ["0"] * 48
-    bins[2], bins[9] = "98", "2"
-    assert tick_costs("tvslam: costs 470000 48000 " + " ".join(bins) + "\n") == {"instructions_p99": 470000 * 25 // 24,
-                                                                              "instructions_max": 470000 * 25 // 24}
-    bins[2] = "198"
-    assert tick_costs("tvslam: costs 470000 48000 " + " ".join(bins) + "\n")["instructions_p99"] == 150_000
-    assert tick_costs("nothing") == {}
-
-
+    # 98 of 100 steps below 30,000 instructions: the 99th is in a bin of 250,000 behind 40 of 10,000.
+    assert costs(1_000_000, bin2=98, bin41=2) == {"instructions_p99": 900_000, "instructions_max": 1_041_666}
+    assert costs(500_000, bin2=98, bin41=2)["instructions_p99"] == 520_833, "no step took longer than the longest"
+    assert costs(1_000_000, bin2=198, bin41=2)["instructions_p99"] == 30_000
+    assert costs(9_000_000, bin2=90, bin47=10)["instructions_p99"] == 9_375_000, "above the last bin's lower edge nothing else is known"
+    assert costs(0) == tick_costs("nothing") == {}

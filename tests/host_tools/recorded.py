@@ -1,0 +1,59 @@
+"""Recorded missions for the tests: a device in this process answers a stream of STEPs, and all that passes is kept.
+
+No assertion lives here.
+"""
+
+from functools import lru_cache
+
+from host_tools.recording import TELEMETRY, Tick
+from protocol.log import LogWriter
+from protocol.messages import BY_NAME
+from tests.firmware_py.device_story import Story
+from tests.strategies import Segment, ticks_of
+
+MARK_EVERY = 300    # frames
+WANDER = (Segment("wander", 400, 4), Segment("along_a_wall", 200, 5), Segment("noise", 60, 6))
+STEP = BY_NAME["STEP"]
+
+
+# The device's answers to a stream, as a Recording gives them. `frames` are the raw frames of both directions.
+class Recorded:
+    def __init__(self, parameters, segments):
+        self.parameters = [triple for triple in parameters]
+        self.share = 1.0
+        self.frames = []
+        self._story = Story(joined=False)
+        self._story.host._sink = lambda direction, raw: self.frames.append((direction, raw))
+        self._story.join()
+        for triple in parameters:
+            self._story.one("PARAM_SET", *triple)
+        self._ticks = [self._tick(values) for values in ticks_of(segments)]
+        self.status = self._story.one("STATUS", 0)
+        self.map_bytes = self._story.map()[1]
+
+    def ticks(self):
+        return iter(self._ticks)
+
+    def _tick(self, values):
+        story = self._story
+        story.telemetry = []
+        question = STEP.from_values(values)
+        (answer,) = story.ask("STEP", *question)
+        return Tick(question, answer, [message for message in story.telemetry if message.NAME in TELEMETRY])
+
+    def log(self, change=lambda number, direction, raw: raw):
+        """The bytes of the log; change(number of the frame, direction, raw) may put another frame in the place of one."""
+        writer = LogWriter()
+        data = writer.head()
+        for number, (direction, raw) in enumerate(self.frames):
+            raw = change(number, direction, raw)
+            if number % MARK_EVERY == 0:
+                data += writer.marker()
+            if raw is not None:
+                data += writer.record(number * 100, direction, raw)
+        return data + writer.marker()
+
+
+@lru_cache(maxsize=1)
+def wander():
+    return Recorded([(0, 0, 1)], WANDER)

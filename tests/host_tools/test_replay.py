@@ -1,0 +1,219 @@
+"""`host_tools replay LOG`: equal where nothing has changed, and where something has, the step and the field by name."""
+
+import json
+import zlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from host_tools import cli
+from host_tools.differences import at_the_end, between_lists, between_same
+from host_tools.mission import hashes
+from host_tools.recording import LogUnusable, Recording
+from protocol import parameters, schema
+from protocol.log import LogWriter
+from protocol.messages import BY_ID, BY_NAME
+from tests.host_tools.core_driver import CoreDriver
+from tests.host_tools.recorded import wander
+
+STEPS = 660
+HEAD, CRC = 5, 4
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(data):
+        path = tmp_path / "m.tvlog"
+        path.write_bytes(data)
+        return str(path)
+    return write
+
+
+@pytest.fixture
+def replay(tmp_path, capsys):
+    """The command in this process: (exit code, result file, what it printed, what it complained of)."""
+    def run(path, *argv):
+        kept = tmp_path / "result.json"
+        code = cli.main(["replay", path, "--target", "cpython", *argv, "--json", str(kept)])
+        out, err = capsys.readouterr()
+        return code, json.loads(kept.read_text()) if kept.exists() else None, out, err
+    return run
+
+
+def changed(name, nth, **fields):
+    """A log in which the nth message of that name says something else, soundly framed."""
+    seen = 0
+
+    def change(_number, _direction, raw):
+        nonlocal seen
+        if BY_ID[raw[3]].NAME != name:
+            return raw
+        seen += 1
+        if seen != nth:
+            return raw
+        message = BY_ID[raw[3]].unpack(raw[HEAD:-CRC])
+        body = message._replace(**{key: value(getattr(message, key)) for key, value in fields.items()}).pack()
+        frame = raw[:HEAD] + body
+        return frame + zlib.crc32(frame).to_bytes(4, "little")
+    return wander().log(change)
+
+
+@pytest.mark.parametrize("target", ["cpython", "unix"])
+def test_a_log_replays_to_the_same_answers_hash_and_map(target, written, replay, micropython):
+    code, result, out, err = replay(written(wander().log()), "--target", target)
+    assert code == 0 and result["equal"], out
+    assert result["hash"] == result["log_hash"] == hashes(wander().status._asdict())
+    assert (result["steps"], result["robot_s"], result["target"]) == (STEPS, STEPS / 50, target)
+    assert result["telemetry_messages"] > 100 and result["telemetry_difference"] is None and result["damage"] is None
+    assert "equal: 660 answers" in out and result["hash"]["steps"] in out and not err
+
+
+def test_the_first_answer_that_differs_is_named_with_what_led_to_it(written, replay):
+    code, result, out, _ = replay(written(changed("STEP_RSP", 300, left_mm_s=lambda v: v + 1, hash16=lambda v: v ^ 1)))
+    first = result["first_difference"]
+    true = wander()._ticks[299]
+    assert code == 1 and not result["equal"]
+    assert (first["step"], first["message"], first["field"], first["robot_s"]) == (300, "STEP_RSP", "left_mm_s", 6.0)
+    assert first["fields"]["left_mm_s"] == {"log": true.answer.left_mm_s + 1, "cpython": true.answer.left_mm_s}
+    assert set(first["fields"]) == {"left_mm_s", "hash16"}
+    assert first["input"]["ir"] == list(true.question.ir) and first["input"]["left"] == true.question.left
+    assert "different at step 300, 6.0 s of the robot: STEP_RSP left_mm_s, hash16" in out
+    assert "No message of this step or of the next 5 shows another difference." in out
+
+
+def test_a_log_with_other_telemetry_is_equal_and_says_so(written, replay):
+    code, result, out, _ = replay(written(changed("POSE", 20, bumps=lambda v: v + 3)))
+    assert code == 0 and result["equal"]
+    told = result["telemetry_difference"]
+    assert (told["message"], told["field"]) == ("POSE", "bumps")
+    assert "telemetry       differs first at step %d: POSE bumps" % told["step"] in out
+
+
+def test_the_hash_at_the_end_counts(written, replay):
+    code, result, out, _ = replay(written(changed("STATUS_RSP", 1, steps_hi=lambda v: v ^ 1)))
+    assert code == 1 and (result["first_difference"]["message"], result["first_difference"]["field"]) == ("STATUS_RSP", "steps_hi")
+    assert result["hash"]["steps"] != result["log_hash"]["steps"] and "different at the end: STATUS_RSP steps_hi" in out
+
+
+def test_a_damaged_log_is_replayed_up_to_the_damage(written, replay):
+    log = bytearray(wander().log())
+    answer = [number for number, (_, raw) in enumerate(wander().frames) if raw[3] == BY_NAME["STEP_RSP"].ID][399]
+    at = log.index(wander().frames[answer][1]) - 6  # the record's own head
+    log[at + 12] ^= 4  # a marker comes later, from which on all is sound again
+    code, result, out, _ = replay(written(log))
+    assert code == 0 and result["equal"] and result["steps"] == 400  # the 400th was asked, and its answer is damaged
+    assert result["damage"] == "it is damaged from byte %d on" % at and result["damage"] in out
+    assert result["log_hash"] == {"steps": None, "map": None} and result["hash"]["steps"]
+
+
+def test_a_log_that_breaks_off_says_where(written, replay):
+    log = wander().log()[:-500]
+    code, result, _, _ = replay(written(log))
+    assert code == 0 and STEPS - 20 < result["steps"] <= STEPS
+    assert "breaks off at byte" in result["damage"] and result["log_hash"]["steps"] is None
+
+
+def test_a_log_without_a_step_of_the_row_is_replayed_up_to_there(written, replay):
+    step = [number for number, (_, raw) in enumerate(wander().frames) if raw[3] == BY_NAME["STEP"].ID][200]
+    data = wander().log(lambda number, _, raw: None if number == step else raw)
+    code, result, _, _ = replay(written(data))
+    assert code == 0 and result["steps"] == 200 and result["damage"] == "it goes from step 200 to step 202"
+
+
+@given(st.data())
+def test_whatever_happens_to_a_log_what_it_gives_is_how_it_was(tmp_path_factory, data):
+    log = bytearray(wander().log())
+    if data.draw(st.booleans()):
+        del log[data.draw(st.integers(0, len(log))):]
+    for _ in range(data.draw(st.integers(0, 3))):
+        if log:
+            log[data.draw(st.integers(0, len(log) - 1))] ^= data.draw(st.integers(1, 255))
+    path = tmp_path_factory.mktemp("log") / "m"
+    path.write_bytes(log)
+    try:
+        recording = Recording(str(path))
+        ticks = list(recording.ticks())
+    except LogUnusable as error:
+        assert str(path) in str(error)
+        return
+    assert recording.parameters == wander().parameters[:len(recording.parameters)]
+    for tick, true in zip(ticks, wander()._ticks):
+        assert tick.question == true.question and tick.answer in (true.answer, None)
+        assert tick.telemetry == true.telemetry[:len(tick.telemetry)]
+    assert recording.damage or len(ticks) == STEPS
+
+
+@pytest.mark.parametrize("data, word", [
+    (b"", "ends within its head"), (b"hello", "no log of a TVSLAM link"), (wander().log()[:100], "ends within its head"),
+    (LogWriter().head(), "holds no step"),
+    (LogWriter().head(messages=[["other"]]), "another STEP message"),
+])  # fmt: skip
+def test_a_file_that_cannot_be_replayed(data, word, written, replay):
+    code, result, _, err = replay(written(data))
+    assert code == 2 and result is None and word in err and err.count("\n") == 1
+
+
+def test_a_file_that_is_none(tmp_path, replay):
+    for path in (tmp_path, tmp_path / "no"):
+        code, _, _, err = replay(str(path))
+        assert code == 2 and str(path) in err
+
+
+def test_a_parameter_is_known_by_its_name_whatever_its_number_was(written):
+    data = wander().log()
+    assert Recording(written(data)).parameters == [(0, 0, 1)]
+    end = data.index(LogWriter().marker()[:16])
+    told = [list(row) for row in parameters.PARAMETERS]
+    swapped = LogWriter().head(parameters=[told[1], told[0], *told[2:]])
+    assert Recording(written(swapped + data[end + len(LogWriter().marker()):])).parameters == [(1, 0, 1)]
+    with pytest.raises(LogUnusable, match="sets the parameter wheels"):
+        Recording(written(LogWriter().head(parameters=[["wheels"]]) + data[end + len(LogWriter().marker()):]))
+
+
+def test_the_pace_of_a_free_run_is_not_replayed(written):
+    number = next(i for i, row in enumerate(parameters.PARAMETERS) if row[0] == "tick_ms")
+    data = changed("PARAM_SET", 1, parameter=lambda _: number, value=lambda _: 20)
+    assert Recording(written(data)).parameters == []
+
+
+def test_a_core_that_drives_already_is_refused(written, replay):
+    data = changed("PARAM_SET", 1, parameter=lambda _: 0)
+    with CoreDriver("locked") as core:
+        code, _, _, err = replay(written(data), "--target", "port:" + core.path)
+    assert code == 3 and "has begun a mission already" in err
+
+
+def test_a_core_that_cannot_be_had(written, replay):
+    path = written(wander().log())
+    for target, code, word in (("moon", 2, "is no target"), ("port:/dev/there-is-none", 2, "cannot be opened")):
+        assert (found := replay(path, "--target", target))[0] == code and word in found[3]
+    code, _, _, err = replay(path, "--target", "unix", "--heap", "40k")
+    assert code == 3 and "heap" in err and err.count("\n") == 1
+    code, _, _, err = replay(path, "--target", "unix", "--link", "semihost")
+    assert code == 2 and "--target stm32" in err
+
+
+def test_telemetry_is_compared_by_what_it_is():
+    pose = [message for tick in wander()._ticks for message in tick.telemetry if message.NAME == "POSE"][:2]
+    point = BY_NAME["POINT"](1, 0, 5, 6, 7)
+    kinds = {"a": pose, "b": [pose[0], point]}
+    assert between_lists(3, kinds).fields == {"message": {"a": "POSE", "b": "POINT"}}
+    assert between_lists(3, {"a": pose, "b": pose[:1]}).fields == {"message": {"a": "POSE", "b": "nothing"}}
+    assert between_same(3, kinds) is None
+    assert between_lists(3, {"a": [point], "b": [point._replace(x=9)]}).fields == {"x": {"a": 5, "b": 9}}
+    assert between_same(3, {"a": [point, *pose], "b": [*pose, point._replace(y=9)]}).fields == {"y": {"a": 6, "b": 9}}
+
+
+def test_what_belongs_to_the_machine_is_no_difference():
+    status = wander().status
+    other = status._replace(heap_bytes=1, heap_used_bytes=2, heap_locked=0, allocated_after_boot_bytes=0, late_ms=7)
+    assert at_the_end(9, {"a": status, "b": other}, {"a": b"map", "b": b"map"}) is None
+    assert at_the_end(9, {"a": status, "b": other}, {"a": b"map", "b": b"mop"}).fields == {"byte 1": {"a": 97, "b": 111}}
+    assert at_the_end(9, {"a": status, "b": other}, {"a": b"map", "b": b"ma"}).names == "map bytes"
+    assert at_the_end(9, {"a": status, "b": other._replace(path_mm=0)}, {}).names == "STATUS_RSP path_mm"
+
+
+def test_every_message_that_is_compared_exists():
+    from host_tools import recording
+    assert {*recording.NEEDED, *recording.AT_THE_END, *recording.TELEMETRY} <= {row[1] for row in schema.MESSAGES}
