@@ -197,7 +197,7 @@ class Device:
         out[8] = core.image.crc[1]
         out[9] = core.closure.before_mm
         out[10] = core.closure.after_mm
-        out[11] = core.explorer.bumps
+        out[11] = core.explorer.bumper.bumps
         out[12] = core.odometry.path_mm
         self._memory(13)
         out[17] = min(self.late_ticks, 65535)

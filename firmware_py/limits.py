@@ -15,6 +15,20 @@ assert VECTORS_MAX < 4096
 CHAINS_MAX = 64          # barriers of one floor, and the pieces of a broken outline
 assert CHAINS_MAX < 256
 
+BARRIERS_MAX = 32        # seen and not yet searched; searched ones make room
+
+CELLS_MAX = 4096         # 560 m2 at 74 cm; larger homes get larger cells
+assert CELLS_MAX % 8 == 0
+
+REGIONS_MAX = 32         # rooms of one floor
+assert REGIONS_MAX <= 32  # five bits in a chain's kind
+
+NODES_MAX = 64           # turning nodes
+assert NODES_MAX < 255   # 255: no node
+
+EDGES_MAX = 128          # between them
+assert EDGES_MAX < 256
+
 ANCHORS_MAX = 32
 
 COORDINATE_MAX_UM = 1 << 29  # 536 m: beyond it the odometry starts again at 0

@@ -23,11 +23,13 @@ package("protocol", (
 package("firmware_py", (
     "__init__.py", "device.py", "fixed.py", "inventory.py", "limits.py", "main_stm32.py", "parameters.py", "pipeline.py",
     "tables.py", "telemetry.py",
-    "building/__init__.py", "building/closure.py", "building/line_fit.py", "building/outline.py", "building/walls.py",
-    "collection/__init__.py", "collection/explorer.py", "collection/follower.py", "collection/infrared.py",
+    "building/__init__.py", "building/closure.py", "building/line_fit.py", "building/outline.py", "building/sight.py",
+    "building/way.py", "building/walls.py",
+    "collection/bumper.py", "collection/__init__.py", "collection/explorer.py", "collection/follower.py", "collection/infrared.py",
     "collection/infrared_curve.py", "collection/ir_state.py", "collection/localization.py", "collection/motion.py",
-    "collection/odometry.py", "collection/rolling.py", "collection/states.py", "collection/uwb.py",
-    "storage/__init__.py", "storage/breadcrumbs.py", "storage/frame.py", "storage/hit_ring.py", "storage/map_image.py",
+    "collection/odometry.py", "collection/search.py", "collection/rolling.py", "collection/traveller.py", "collection/states.py", "collection/uwb.py",
+    "storage/barrier_list.py", "storage/__init__.py", "storage/breadcrumbs.py", "storage/frame.py", "storage/hit_ring.py", "storage/map_image.py",
     "storage/point_ring.py", "storage/tally.py", "storage/vector_store.py",
-    "ports/__init__.py", "ports/rolling_viper.py", "ports/stm32.py", "ports/stm32_registers.py", "ports/tight_heap.py",
+    "ports/__init__.py", "ports/rolling_viper.py", "ports/sight_viper.py",
+    "ports/stm32.py", "ports/stm32_registers.py", "ports/tight_heap.py",
 ), base_path=ROOT, opt=OPT)

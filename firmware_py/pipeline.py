@@ -1,22 +1,29 @@
 # The whole SLAM: owns the storage, runs the layers once a step. The only file that joins them.
 
 from .building.closure import Closure
-from .building.outline import Outline, CLOSING, ISLAND, STRAY, DONE as OUTLINE_DONE
+from .building.outline import Outline, CLOSING, ISLAND, STRAY, STALE, DONE as OUTLINE_DONE
+from .building.partition import Partition
+from .building.sight import Sight
+from .building.topology import Topology
 from .building.walls import WallMapper
+from .building.way import Way
 from .collection.explorer import Explorer
 from .collection.follower import Follower
 from .collection.infrared import Infrared
 from .collection.ir_state import IrState
 from .collection.localization import Localization
 from .collection.odometry import Odometry
-from .collection.states import CORNER_IN, CORNER_OUT, FOLLOW, BUILD, FAILED, DONE
+from .collection.search import Search
+from .collection.states import CORNER_IN, CORNER_OUT, FOLLOW, SELECT, GOTO, BUILD, FAILED, DONE
 from .collection.uwb import Uwb
 from .parameters import Parameters
+from .storage.barrier_list import BarrierList
 from .storage.breadcrumbs import Breadcrumbs
 from .storage.frame import Frame
 from .storage.hit_ring import HitRing
 from .storage.map_image import MapImage
 from .storage.point_ring import PointRing, CONVEX, CONCAVE, SHORT
+from .storage.region_graph import RegionGraph
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
@@ -29,6 +36,7 @@ _REASON_TOO_LONG = const(5)
 # STATUS_RSP.degraded: which store ran full
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
+DEGRADED_TOPOLOGY = 4
 
 _IR = const(3)               # where things stand in the values of a STEP
 _SONAR = const(11)
@@ -39,6 +47,7 @@ _SIDE_MAX_MM = const(250)
 _FIX_MM = const(100)         # two fixes are at least that far apart
 _FIX_EVERY_MM = const(1500)
 _PAST_MM = const(1000)
+_ROOM_MM = const(10)         # beside the body, on a way of the topology
 _PATH_MAX_MM = const(1500000)
 
 # bits of parameter `flags`, protocol/parameters.py
@@ -73,11 +82,18 @@ class Tvslam:
         self._last_corners = 0
         self._last_state = 0
         self._last_generation = 0
+        self._stage = 0       # of the building
+        self._margin = 36
         self.vectors = VectorStore()
         self.hits = HitRing()
         self.points = PointRing()
         self.crumbs = Breadcrumbs()
-        self.image = MapImage(self.vectors)
+        self.sight = Sight(self.vectors)
+        self.search = Search(self.vectors, self.sight, BarrierList(), Way(self.vectors, self.sight))
+        self.graph = RegionGraph()
+        self.partition = Partition(self.vectors, self.sight, self.graph)
+        self.topology = Topology(self.vectors, self.sight, self.graph, self.partition)
+        self.image = MapImage(self.vectors, self.graph)
         self.frame = Frame()
         self.tally = Tally()
         self.parameters = Parameters()
@@ -87,10 +103,12 @@ class Tvslam:
         self.infrared = Infrared(self.hits)
         self.directions = IrState()
         self.follower = Follower(self.hits)
-        self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower)
+        self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower,
+                                 self.localization)
         self.walls = WallMapper(self.vectors, self.frame)
         self.closure = Closure(self.vectors)
-        self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure)
+        self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure,
+                               self.sight)
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
@@ -112,6 +130,7 @@ class Tvslam:
         self.uwb.begin(p, flags & _WEIGHTED)
         self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED)
         self.walls.begin(flags & _CORNERS)
+        self._margin = (p.of("body_radius") + _ROOM_MM) // 5
         self.outline.spread = flags & _SPREAD != 0
         self._threshold_mm = p.of("ir_threshold")
 
@@ -130,10 +149,12 @@ class Tvslam:
             self.outline.begin(o.path_mm, o.turn_bam)
         elif e.abandoned:
             self.outline.abandon()
+        if e.inside:
+            self._look_inside()
         if e.mapping:
             self._map(x_mm, y_mm)
         if e.state == BUILD:
-            if self.outline.build():
+            if self._build():
                 e.end(DONE)
         elif e.state == FAILED and not self.reason:
             self._end(_REASON_STUCK, False)
@@ -144,6 +165,27 @@ class Tvslam:
         self.state = e.state
         self.ir_state = self.directions.state
         self._mix()
+
+    def _build(self):
+        # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
+        if self._stage == 0:
+            if self.outline.settled():
+                self.partition.begin()
+                self._stage = 1
+        elif self._stage == 1:
+            if self.partition.step():
+                self.topology.begin(self._margin)
+                self._stage = 2
+        elif self._stage == 2:
+            if self.topology.step():
+                self._stage = 3
+                if self.graph.lost:
+                    self.degraded |= DEGRADED_TOPOLOGY
+        elif self.outline.build():
+            self.tally.mix(self.image.crc[0])
+            self.tally.mix(self.image.crc[1])
+            return True
+        return False
 
     def _map(self, x_mm, y_mm):
         e = self.explorer
@@ -161,13 +203,37 @@ class Tvslam:
         if came == CLOSING:
             e.closing = True
         elif came == OUTLINE_DONE:
-            self._end(_REASON_CLOSED, True)
+            self.outline.finish()
+            e.inside = True
+            e.leave()
+        elif came == STALE:
+            self.outline.give_up()
+            e.leave()
         elif came == STRAY:
             e.be_wary(self.outline.loop_mm + _PAST_MM)
         elif came == ISLAND:
             e.leave()
         elif self.vectors.lost or self.vectors.chains_lost:
             self._end(_REASON_STORE_FULL, True)
+
+    def _look_inside(self):
+        # The outline is known. What else stands here?
+        e = self.explorer
+        s = self.search
+        if e.state == SELECT:
+            if self.outline.settled() and s.select(e, self.localization):
+                self._end(_REASON_CLOSED, True)
+            return
+        if e.state > GOTO:
+            return
+        j = self.tick & 7
+        if j == 0:
+            s.passing(self.localization)
+        if not e.mapping:
+            self._turning_point(e.state)
+        if self.infrared.ranges_mm[j] < _SIDE_MAX_MM and not (e.mapping and j == _SIDE):
+            self.frame.put(self.infrared.hit_x[j], self.infrared.hit_y[j])
+            s.note(self.frame.x, self.frame.y, e)
 
     def _turning_point(self, state):
         # A point (Paper eq. 5) where the direction changes, and with it a fix; a fix each 1.5 m besides.

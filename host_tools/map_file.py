@@ -4,6 +4,7 @@ Layout (little-endian):
     "TVM1"  u16 records  u8 chains  u8 regions  u8 nodes  u8 edges  u16 reserved
     record x 6 B   i16 x, i16 y (5 mm)   u8 sigma_mm   u8 flags
     chain  x 4 B   u16 first, u8 count, u8 kind (bits 0-1) | searched (bit 2) | region (bits 3-7)
+    region x 16 B, node x 6 B, edge x 4 B   see map_graph.py
     u32 CRC-32 of all before
 A vector runs from its record to the next one of the chain, the last one of a closed chain
 to the first. A record with CHAIN_END starts no vector.
@@ -11,9 +12,11 @@ to the first. A record with CHAIN_END starts no vector.
 
 import struct
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from host_tools import map_graph
 
 MAGIC = b"TVM1"
 HEADER = struct.Struct("<4sH4BH")
@@ -62,6 +65,9 @@ class VectorMap:
     regions: int = 0
     nodes: int = 0
     edges: int = 0
+    region_list: list = field(default_factory=list)  # map_graph.Region
+    node_list: list = field(default_factory=list)    # (x, y) in metres
+    edge_list: list = field(default_factory=list)    # map_graph.Edge
 
     def vectors(self, kind=None):
         """All vectors, or those of one kind, as (n, 4) metres."""
@@ -75,7 +81,9 @@ def decode_map(data):
     magic, records, chains, regions, nodes, edges, _ = HEADER.unpack_from(data)
     if magic != MAGIC:
         raise MapError("the map starts with %r instead of %r" % (bytes(magic), MAGIC))
+    counts = (regions, nodes, edges)
     size = HEADER.size + records * RECORD.itemsize + chains * CHAIN.size + 4
+    size += sum(count * kind.itemsize for count, kind in zip(counts, map_graph.TABLES, strict=True))
     if len(data) < size:
         raise MapError("the map has %d bytes, its header speaks of %d" % (len(data), size))
     (crc,) = struct.unpack_from("<I", data, len(data) - 4)
@@ -84,7 +92,20 @@ def decode_map(data):
     table = np.frombuffer(data, RECORD, records, HEADER.size)
     at = HEADER.size + records * RECORD.itemsize
     entries = [CHAIN.unpack_from(data, at + CHAIN.size * i) for i in range(chains)]
-    return VectorMap([_chain(table, *entry) for entry in _joined(table, entries)], regions, nodes, edges)
+    joined = _joined(table, entries)
+    tables, at = [], at + CHAIN.size * chains
+    for count, kind in zip(counts, map_graph.TABLES, strict=True):
+        tables.append(np.frombuffer(data, kind, count, at))
+        at += count * kind.itemsize
+    return VectorMap([_chain(table, *entry) for entry in joined], *counts, *_graph(table, joined, *tables))
+
+
+def _graph(table, entries, regions, nodes, edges):
+    xy = np.column_stack([table["x"], table["y"]]) * UNIT_M
+    outline = [i for first, count, kind in entries if kind & 3 == KIND_OUTLINE for i in range(first, first + count)]
+    rings = [outline, *(list(range(first, first + count)) for first, count, kind in entries if kind & 3 != KIND_OUTLINE)]
+    places = [(float(node["x"]) * UNIT_M, float(node["y"]) * UNIT_M) for node in nodes]
+    return map_graph.regions(regions, xy, rings), places, map_graph.edges(nodes, edges)
 
 
 def _joined(table, entries):
@@ -109,8 +130,9 @@ def _chain(table, first, count, kind):
     return Chain(kind & 3, bool(kind & 4), kind >> 3, xy, part["sigma_mm"].copy(), part["flags"].copy(), bool(closed))
 
 
-def encode_map(chains, regions=0, nodes=0, edges=0):
-    """The inverse, for tests and importers: Chain objects -> bytes."""
+def encode_map(chains, regions=0, nodes=0, edges=0, graph=b""):
+    """The inverse, for tests and importers: Chain objects, and the bytes of regions, nodes and edges -> bytes."""
+    graph = graph or bytes(sum(count * kind.itemsize for count, kind in zip((regions, nodes, edges), map_graph.TABLES, strict=True)))
     records, entries = [], []
     for chain in chains:
         count, first = len(chain.xy), len(records)
@@ -123,5 +145,5 @@ def encode_map(chains, regions=0, nodes=0, edges=0):
         for start in range(0, count, CHAIN_COUNT_MAX):
             entries.append((first + start, min(CHAIN_COUNT_MAX, count - start), kind))
     data = HEADER.pack(MAGIC, len(records), len(entries), regions, nodes, edges, 0)
-    data += np.array(records, RECORD).tobytes() + b"".join(CHAIN.pack(*entry) for entry in entries)
+    data += np.array(records, RECORD).tobytes() + b"".join(CHAIN.pack(*entry) for entry in entries) + graph
     return data + struct.pack("<I", zlib.crc32(data))

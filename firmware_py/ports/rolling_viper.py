@@ -6,8 +6,10 @@
 
 import micropython
 
+from ..building import passage, sight
 from ..collection import infrared, rolling, uwb
 from ..collection.infrared_curve import RANGE_MM8
+from . import sight_viper
 from ..tables import ATAN_BAM, HYPOT_Q16, POWER2_Q16, SINE_Q15
 
 
@@ -17,6 +19,9 @@ def accelerate():
     rolling.seen_through = seen_through
     infrared.project = project
     uwb.weigh = weigh
+    sight.look = sight_viper.look
+    passage.narrow = sight_viper.narrow
+    passage.trace = sight_viper.trace
 
 
 @micropython.viper

@@ -5,20 +5,27 @@ from array import array
 _HEADER = const(12)
 _VECTOR = const(6)
 _CHAIN = const(4)
+_REGION = const(16)
+_NODE = const(6)
+_EDGE = const(4)
 
 
 class MapImage:
-    # "TVM1", vectors u16, chains u8, regions u8, nodes u8, edges u8, reserved u16; the vectors, the chains;
-    # CRC-32 of all before. byte(i) makes any one of them; no copy of the map is kept.
+    # "TVM1", vectors u16, chains u8, regions u8, nodes u8, edges u8, reserved u16; the vectors, the chains; once they are ready the
+    # regions, the nodes, the edges; CRC-32 of all before. byte(i) makes any one of them; no copy of the map is kept.
     # begin() takes stock; step(n) adds n bytes to the CRC -> whole; once it is, size, generation and
     # crc (low, high half) belong to what stood in the store at begin(). Nothing is allocated.
 
-    def __init__(self, store):
+    def __init__(self, store, graph):
         self.size = 0
         self.generation = -1
         self.whole = False
         self.crc = array("H", bytes(4))
         self._store = store
+        self._graph = graph
+        self._regions = 0
+        self._nodes = 0
+        self._edges = 0
         self._vectors = 0
         self._chains = 0
         self._at = 0
@@ -42,7 +49,12 @@ class MapImage:
         self._vectors = s.used
         self._chains = s.chains
         self.generation = s.generation
-        self.size = _HEADER + self._vectors * _VECTOR + self._chains * _CHAIN + 4
+        g = self._graph
+        self._regions = g.region_count if g.ready else 0
+        self._nodes = g.node_count if g.ready else 0
+        self._edges = g.edge_count if g.ready else 0
+        self.size = (_HEADER + self._vectors * _VECTOR + self._chains * _CHAIN
+                     + self._regions * _REGION + self._nodes * _NODE + self._edges * _EDGE + 4)
         self._at = 0
         self.whole = False
         self.crc[0] = self.crc[1] = 65535
@@ -77,7 +89,7 @@ class MapImage:
                 return self._vectors & 255
             if i == 5:
                 return self._vectors >> 8
-            return self._chains if i == 6 else 0
+            return self._chains if i == 6 else self._regions if i == 7 else self._nodes if i == 8 else self._edges if i == 9 else 0
         i -= _HEADER
         n = i // _VECTOR
         if n < self._vectors:
@@ -95,4 +107,13 @@ class MapImage:
                 return s.firsts[n] >> 8 * i & 255
             return s.counts[n] if i == 2 else s.kinds[n]
         i -= self._chains * _CHAIN
+        if i < self._regions * _REGION:
+            return self._graph.regions[i >> 1] >> 8 * (i & 1) & 255
+        i -= self._regions * _REGION
+        if i < self._nodes * _NODE:
+            return self._graph.nodes[i >> 1] >> 8 * (i & 1) & 255
+        i -= self._nodes * _NODE
+        if i < self._edges * _EDGE:
+            return self._graph.edges[i >> 1] >> 8 * (i & 1) & 255
+        i -= self._edges * _EDGE
         return self.crc[i >> 1] >> 8 * (i & 1) & 255

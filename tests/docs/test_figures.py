@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import figures
 from host_tools import hil_options
-from host_tools.evaluate import empty_result
+from host_tools.result import empty_result
 
 
 def result(**changes):

@@ -11,7 +11,7 @@ import zlib
 import numpy as np
 import pytest
 
-from host_tools.evaluate import empty_result, evaluate, mission_map
+from host_tools.result import empty_result, evaluate, mission_map
 from host_tools.export import FILES, geojson, tum, whole_file, write_all, write_result
 from host_tools.map_file import KIND_BARRIER, KIND_OUTLINE, MapError, decode_map, encode_map
 from host_tools.mission_log import read_mission
@@ -108,9 +108,17 @@ def test_a_map_by_hand_is_read_as_the_device_writes_it():
     data = b"TVM1" + struct.pack("<H4BH", len(records), 2, 1, 2, 3, 0)
     data += b"".join(struct.pack("<hhBB", *record) for record in records)
     data += struct.pack("<HBB", 0, 3, 0) + struct.pack("<HBB", 3, 3, 1 | 4 | 5 << 3)
+    # one region, two nodes, three edges
+    data += struct.pack("<HHHhhBBBBBB", 0, 3, 50, 0, 0, 2, 1, 0, 0, 0, 0)
+    data += struct.pack("<hhBB", 20, 40, 0, 1) + struct.pack("<hhBB", 60, 40, 1, 2)
+    data += struct.pack("<BBH", 1, 0, 20) + struct.pack("<BBH", 0, 4, 21) + struct.pack("<BBH", 1, 0, 22)
     data += struct.pack("<I", zlib.crc32(data))
     the_map = decode_map(data)
     assert (the_map.regions, the_map.nodes, the_map.edges) == (1, 2, 3)
+    region, = the_map.region_list
+    assert (region.area_m2, region.long, region.short, region.gate) == (0.5, 2, 1, None) and region.polygon.area == pytest.approx(0.5)
+    assert np.array(the_map.node_list) == pytest.approx(np.array([(0.1, 0.2), (0.3, 0.2)]))
+    assert [(e.nodes, e.region, e.cost_cm) for e in the_map.edge_list] == [((0, 1), 0, 20), ((1, 0), 4, 21), ((1, 1), 0, 22)]
     triangle, open_chain = the_map.chains
     assert triangle.closed and triangle.kind == KIND_OUTLINE and not triangle.searched
     assert triangle.vectors() == pytest.approx(np.array([(0, 0, 1, 0), (1, 0, 0, 1), (0, 1, 0, 0)]))

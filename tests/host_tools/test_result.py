@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from host_tools.evaluate import empty_result, errors_cm, evaluate, mission_map, tum_rows
+from host_tools.result import empty_result, errors_cm, evaluate, mission_map, tum_rows
 from host_tools.map_file import encode_map
 from host_tools.mission_log import LogError, read_mission, read_truth
 from host_tools.peers.dead_reckoning import dead_reckoning

@@ -1,0 +1,197 @@
+# Doorways: the places where the way from wall to wall is shortest (Paper 4.3, its concave points and their lines).
+
+from array import array
+from ..fixed import polar, sine, cosine
+from ..storage.vector_store import BARRIER
+from . import passage
+
+_GATE_MIN = const(110)       # map units of 5 mm: a doorway is 0.55 to 1.15 m wide
+_GATE_MAX = const(230)
+_ROOM_MIN = const(8250)      # 1.65 m2, in 200 mm2
+_REFLEX = const(-2731)       # 15 degrees to the right
+_WALL_END = const(-27307)    # 150 degrees, within
+_JAMB = const(90)            # 0.45 m: the end of a wall
+_STICK = const(6)            # 3 cm: a neighbour may reach that far past the gate's end
+_OFF = const(5)              # from both ends of a line of sight
+_CANDIDATES = const(128)     # places of the edges that wait for theirs
+
+
+class Gates:
+    # begin(first record of the outline); step() until True; then each shortest() gives one more gate, until it says False.
+    #
+    # A gate leads from the reflex record i to the nearest place (x, y) of another vector of its ring, the one that ends at record k;
+    # no way beside it is shorter. `foot`: that place lies before k. `open`: no gate that was taken since crosses it; `width`; what
+    # it cuts off from record i on: `count` records, `area`; the whole ring: `total`. Its ends stand in the store's record `behind`
+    # and the next, behind the map.
+    #
+    # The candidates stand in the graph's places for edges and nodes, which come later. Full: the shortest stay, the others are
+    # counted in the graph's `lost`. Allocates in __init__ only.
+
+    def __init__(self, vectors, sight, graph, rings):
+        self.i = 0
+        self.k = 0
+        self.x = 0
+        self.y = 0
+        self.foot = 0
+        self.open = False
+        self.width = 0
+        self.count = 0
+        self.area = 0
+        self.total = 0
+        self.behind = 0
+        self._v = vectors
+        self._sight = sight
+        self._g = graph
+        self._rings = rings
+        self._scope = array("i", bytes(28))
+        self._outline = 0
+        self._n = 0
+
+    def begin(self, outline):
+        self._outline = outline
+        self.i = self.k = -1
+        self._n = 0
+
+    def step(self):
+        # One record's shape, or one place near it. -> True when all are seen
+        v = self._v
+        if self.k < 0:
+            self.i += 1
+            if self.i == v.used:
+                return True
+            if self._rings.turn(self.i) >= _REFLEX:
+                return False
+            self._measure()
+            c = v.chain_of(self.i)
+            self.k = v.firsts[c] if v.kinds[c] & BARRIER else self._outline
+        c = v.chain_of(self.k)
+        end = v.firsts[c] + v.counts[c]
+        if self._find(end):
+            self._consider()
+            if self.open and self._is_between_rooms():
+                self._keep()
+            self.k += 1
+            if self.k < end:
+                return False
+        self.k = -1
+        while not v.kinds[c] & BARRIER and c + 1 < v.chains:
+            c += 1
+            if not v.kinds[c] & BARRIER:
+                self.k = v.firsts[c]
+                break
+        return False
+
+    def shortest(self):
+        g = self._g
+        n = -1
+        for q in range(self._n):
+            if g.nodes[q] and (n < 0 or g.nodes[q] < g.nodes[n]):
+                n = q
+        if n < 0:
+            return False
+        g.nodes[n] = 0
+        self.i = g.edges[2 * n]
+        self.k = g.edges[2 * n + 1]
+        self._measure()
+        self._find(self.k + 1)
+        self._consider()
+        return True
+
+    def wall_ends(self):
+        # Whether the end of a wall stands at the gate.
+        return self._ends(self.i) or not self.foot and self._ends(self.k)
+
+    def _ends(self, i):
+        rings = self._rings
+        for way in range(-1, 2, 2):
+            turned = rings.turn(i)
+            far = 0
+            k = i
+            for _ in range(6):
+                far += rings.polar(k, way) >> 16
+                if far > _JAMB:
+                    break
+                k = rings.beside(k, way)
+                turned += rings.turn(k)
+                if turned < _WALL_END:
+                    return True
+        return False
+
+    def _measure(self):
+        i = self.i
+        self.total = self._rings.enclosed(i, self._rings.count(i, self._rings.beside(i, -1)), i, 0, 0)
+
+    def _find(self, end):
+        # The next vector, before the one to record `end`, that record i has a gate to by its distance.
+        v = self._v
+        s = self._scope
+        s[0] = v.xs[self.i]
+        s[1] = v.ys[self.i]
+        s[2] = _GATE_MIN
+        s[3] = _GATE_MAX
+        k = passage.narrow(v.xs, v.ys, self._rings.beside(self.k, -1), self.k, end, s)
+        if k < 0:
+            return False
+        self.k = k
+        self.x = s[4]
+        self.y = s[5]
+        self.foot = s[6]
+        return True
+
+    def _consider(self):
+        v = self._v
+        i = self.i
+        k = self.k
+        self.open = False
+        ux = self.x - v.xs[i]
+        uy = self.y - v.ys[i]
+        self.width = polar(ux, uy) >> 16
+        if self._passed(i, ux, uy):
+            return
+        if not self.foot and (k <= i or self._rings.turn(k) >= _REFLEX or self._passed(k, -ux, -uy)):
+            return
+        ox = ux * _OFF // self.width
+        oy = uy * _OFF // self.width
+        if self._sight.met(v.xs[i] + ox, v.ys[i] + oy, ux - 2 * ox, uy - 2 * oy, 0, 1):
+            return
+        self.open = True
+        n = self.behind
+        v.xs[n] = v.xs[i]
+        v.ys[n] = v.ys[i]
+        v.xs[n + 1] = self.x
+        v.ys[n + 1] = self.y
+        self.count = self._rings.count(i, self._rings.beside(k, -1) if self.foot else k)
+        self.area = self._rings.enclosed(i, self.count, n + 1, self.x, self.y)
+
+    def _passed(self, i, ux, uy):
+        # Whether a neighbour of record i lies farther along (ux, uy), the gate as seen from there: another one is shorter.
+        for way in range(-1, 2, 2):
+            p = self._rings.polar(i, way)
+            far = p >> 16
+            along = (cosine(p & 0xFFFF) * ux + sine(p & 0xFFFF) * uy) // self.width * far >> 15
+            if along > max(_STICK, far >> 2):
+                return True
+        return False
+
+    def _is_between_rooms(self):
+        rest = self.total - self.area
+        if self.total < 0:
+            return max(self.area, rest) >= _ROOM_MIN  # of a barrier only what it holds within it
+        return min(self.area, rest) >= _ROOM_MIN
+
+    def _keep(self):
+        g = self._g
+        n = self._n
+        if n == _CANDIDATES:
+            g.lost = (g.lost + 1) & 0xFFFF
+            n = 0
+            for q in range(_CANDIDATES):
+                if g.nodes[q] > g.nodes[n]:
+                    n = q
+            if g.nodes[n] <= self.width:
+                return
+        else:
+            self._n = n + 1
+        g.edges[2 * n] = self.i
+        g.edges[2 * n + 1] = self.k
+        g.nodes[n] = self.width

@@ -1,0 +1,278 @@
+# Rooms: the map is cut at its doorways (Paper 4.3).
+
+from ..fixed import sine, cosine
+from ..storage.region_graph import AREA, COUNT, FIRST, GATE_FIRST, LEARNED, LINES, PARENT, X, Y
+from ..storage.vector_store import BARRIER, CHAIN_END, LONG, SEARCHED
+from .gates import Gates
+from .rings import Rings
+
+_ROOM_MIN = const(165)       # dm2
+_OPEN = const(33)            # 32nds of the gate's width must fit into the rooms if a wall ends at it,
+_PLAIN = const(40)           # so many if none does
+_LOOKS = const(2000)         # at vectors, a tick
+
+# phases
+_COLLECT = const(0)
+_CHOOSE = const(1)
+_TRY = const(2)
+_LINES = const(3)
+_ISLANDS = const(4)
+_DONE = const(5)
+
+
+class Partition:
+    # begin(); step() once a tick until True. Fills the graph's regions; a barrier's region is the upper five bits of its kind.
+    #
+    # The gates, shortest first, are taken if there is a room on either side: 1.65 m2, and a square a little wider than the gate
+    # stands somewhere at its wall (a quarter wider where no wall ends at the gate).
+    #
+    # While it works, each gate stands in the vector store's free places behind the map, an open chain of two records, so that a look
+    # stops at it. region_of() needs them there. Full: what does not fit is refused and counted in the graph's `lost`.
+    # Allocates in __init__ only.
+
+    def __init__(self, vectors, sight, graph):
+        self._v = vectors
+        self._sight = sight
+        self._g = graph
+        self.rings = Rings(vectors)
+        self._gates = Gates(vectors, sight, graph, self.rings)
+        self._phase = _DONE
+        self._gate_chains = 0  # that stand behind the map
+        self._chain = 0
+        self._square = 0      # what must fit beside the gate
+        self._first = 0       # what it would cut off, and from what
+        self._count = 0
+        self._parent = 0
+        self._inside = 0      # it leads into a barrier
+        self._at = 0          # a walk along the records of a region, children left out
+        self._left = 0
+        self._side = 0        # region
+
+    def begin(self):
+        v = self._v
+        g = self._g
+        g.clear()
+        self.rings.chains = v.chains
+        self._gate_chains = 0
+        c = 0
+        while c < v.chains and v.kinds[c] & BARRIER:
+            c += 1
+        if c == v.chains:
+            self._phase = _DONE  # no outline
+            return
+        self._phase = _COLLECT
+        i = v.firsts[c]
+        for k in range(8):
+            g.regions[k] = 0
+        n = self.rings.count(i, self.rings.beside(i, -1))
+        g.regions[FIRST] = i
+        g.regions[COUNT] = n
+        g.regions[AREA] = min(max(0, self.rings.enclosed(i, n, i, 0, 0) // 50), 65535)
+        g.region_count = 1
+        self._gates.begin(i)
+        if not self._has_room():
+            self._walk(0, _LINES)  # one region
+
+    def _has_room(self):
+        # For one more gate behind the map.
+        v = self._v
+        g = self._g
+        n = self._gate_chains
+        self._gates.behind = v.used + 2 * n
+        if v.used + 2 * n + 2 <= len(v.xs) and v.chains + n < len(v.kinds) and g.region_count < len(g.regions) // 8:
+            return True
+        g.lost = (g.lost + 1) & 0xFFFF
+        return False
+
+    def step(self):
+        # -> True when the work is done
+        n = _LOOKS // (self._v.used + 1) + 1
+        while n and self._phase < _DONE:
+            n -= 1
+            self._sight.chains = self._v.chains + self._gate_chains
+            if self._phase == _COLLECT:
+                if self._gates.step():
+                    self._phase = _CHOOSE
+            elif self._phase == _CHOOSE:
+                self._choose()
+            elif self._phase == _TRY:
+                self._try()
+            elif self._phase == _LINES:
+                self._count_lines()
+            else:
+                self._place_island()
+        self._sight.chains = -1
+        return self._phase == _DONE
+
+    def _choose(self):
+        if not self._has_room() or not self._gates.shortest():
+            self._walk(0, _LINES)
+        elif self._gates.open:
+            self._propose()
+
+    def _propose(self):
+        # What the gate would cut off, as the region after the last one; then it is tried.
+        v = self._v
+        g = self._g
+        gate = self._gates
+        r = 8 * g.region_count
+        x = v.xs[gate.i] + gate.x >> 1
+        y = v.ys[gate.i] + gate.y >> 1
+        self._square = gate.width * (_OPEN if gate.wall_ends() else _PLAIN) >> 5
+        self._parent = p = self.region_of(x, y)
+        self._inside = v.kinds[v.chain_of(gate.i)] & BARRIER
+        area = gate.area
+        if self._inside:
+            other = area < 0
+        elif p:  # within its parent's range
+            other = self.rings.count(g.regions[8 * p + FIRST], gate.i) + gate.count - 1 > g.regions[8 * p + COUNT]
+        else:
+            other = area > gate.total - area
+        flags = p if other else p | GATE_FIRST
+        self._first = gate.i
+        self._count = gate.count
+        if other:
+            area = gate.total - area
+            self._first = gate.k
+            self._count = self.rings.count(gate.k, gate.i)
+        g.regions[r + FIRST] = self._first
+        g.regions[r + COUNT] = self._count
+        g.regions[r + X] = x & 0xFFFF
+        g.regions[r + Y] = y & 0xFFFF
+        g.regions[r + LINES] = g.regions[r + LEARNED] = 0
+        g.regions[r + PARENT] = flags
+        area = area // 50
+        for q in range(1, g.region_count):
+            if self._holds(g.region_count, g.at(g.regions, 8 * q + X), g.at(g.regions, 8 * q + Y)):
+                area -= g.regions[8 * q + AREA]
+        if area < _ROOM_MIN or g.regions[8 * p + AREA] - area < _ROOM_MIN:
+            return
+        g.regions[r + AREA] = area
+        n = gate.behind
+        c = v.chains + self._gate_chains
+        v.firsts[c] = n
+        v.counts[c] = 2
+        v.kinds[c] = BARRIER | SEARCHED
+        v.flags[n] = 0
+        v.flags[n + 1] = CHAIN_END
+        self._gate_chains += 1
+        self._walk(g.region_count, _TRY)
+
+    def region_of(self, x, y):
+        # The region that a place of the free floor lies in: down from region 0 to the child that holds it.
+        g = self._g
+        r = 0
+        q = 1
+        while q < g.region_count:
+            if g.regions[8 * q + PARENT] & 255 == r and self._holds(q, x, y):
+                r = q
+                q = 0
+            q += 1
+        return r
+
+    def _holds(self, r, x, y):
+        g = self._g.regions
+        self.rings.enclosed(g[8 * r + FIRST], g[8 * r + COUNT], self._v.used + 2 * r - 1, x, y)
+        return self.rings.crossed & 1
+
+    def _walk(self, r, phase):
+        # Along the records of region r.
+        self._phase = phase
+        self._side = r
+        self._at = self._g.regions[8 * r + FIRST]
+        self._left = self._g.regions[8 * r + COUNT]
+
+    def _on(self):
+        # To the next record of the region; a child's range is passed over.
+        g = self._g
+        size = g.regions[8 * self._side + COUNT]
+        n = 1
+        for q in range(1, g.region_count + (self._phase == _TRY)):
+            if g.regions[8 * q + FIRST] == self._at and n < g.regions[8 * q + COUNT] <= self._left and g.regions[8 * q + COUNT] < size:
+                n = g.regions[8 * q + COUNT]
+        if n > 1:
+            n -= 1
+        self._at = self.rings.ahead(self._at, n)
+        self._left -= n
+
+    def _try(self):
+        # Does the square stand at the vector here?
+        if self._left > 0:
+            if not self._fits():
+                self._on()
+                return
+            if self._side == self._g.region_count and not self._inside:
+                self._walk(self._parent, _TRY)
+                return
+            self._accept()
+        else:
+            self._gate_chains -= 1
+        self._phase = _CHOOSE
+
+    def _fits(self):
+        v = self._v
+        p = self.rings.polar(self._at, 1)
+        far = p >> 16
+        c = cosine(p & 0xFFFF)
+        s = sine(p & 0xFFFF)
+        n = self._square
+        if far < 10:
+            return False
+        for k in range(3):
+            t = far >> 1 if k == 0 else n // 2 + 2 if k == 1 else far - n // 2 - 2
+            if k == 0 or far > n + 4:
+                if not self._sight.met(v.xs[self._at] + (t * c - 4 * s >> 15), v.ys[self._at] + (t * s + 4 * c >> 15),
+                                       -n * s >> 15, n * c >> 15, n // 2, 1):
+                    return True
+        return False
+
+    def _accept(self):
+        g = self._g
+        r = g.region_count
+        p = self._parent
+        for q in range(1, r):
+            if g.regions[8 * q + PARENT] & 255 == p and self._holds(r, g.at(g.regions, 8 * q + X), g.at(g.regions, 8 * q + Y)):
+                g.regions[8 * q + PARENT] += r - p
+        g.regions[8 * p + AREA] -= g.regions[8 * r + AREA]
+        if p == 0 and not self._inside and self.rings.count(self._first, g.regions[FIRST]) < self._count:
+            g.regions[FIRST] = self.rings.ahead(self._first, self._count - 1)  # outside of its children
+        g.region_count = r + 1
+
+    def _count_lines(self):
+        g = self._g
+        r = self._side
+        if self._left > 1:
+            self._line(r, self._at)
+            self._on()
+        elif r + 1 < g.region_count:
+            self._walk(r + 1, _LINES)
+        else:
+            self._chain = 0
+            self._phase = _ISLANDS
+
+    def _line(self, r, i):
+        g = self._g.regions
+        n = 1 if self._v.flags[i] & LONG else 256
+        if g[8 * r + LINES] // n & 255 < 255:
+            g[8 * r + LINES] += n
+
+    def _place_island(self):
+        # A barrier's region: its area is no floor.
+        v = self._v
+        g = self._g.regions
+        c = self._chain
+        if c == v.chains:
+            v.generation = (v.generation + 1) & 0xFFFF
+            self._phase = _DONE
+            return
+        self._chain = c + 1
+        if v.kinds[c] & BARRIER and v.counts[c]:
+            i = v.firsts[c]
+            r = self.region_of(v.xs[i], v.ys[i])
+            while r and v.chain_of(g[8 * r + FIRST]) == c:
+                r = g[8 * r + PARENT] & 255
+            v.kinds[c] = v.kinds[c] & 7 | r << 3
+            area = self.rings.enclosed(i, v.counts[c], i, 0, 0) // 50
+            g[8 * r + AREA] = max(0, g[8 * r + AREA] + min(area, 0))
+            for k in range(v.counts[c]):
+                self._line(r, i + k)

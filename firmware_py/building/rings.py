@@ -1,0 +1,93 @@
+# The map's rings: the outline, in however many chains it came, and each barrier's chain.
+
+from array import array
+from ..fixed import polar, wrap
+from ..storage.vector_store import BARRIER
+from . import passage
+
+_LONGEST = const(11000)      # polar() takes distances below 16384
+
+
+class Rings:
+    # Reads the vector store; only its chains before `chains` count. Allocates in __init__ only.
+
+    def __init__(self, vectors):
+        self.chains = 0
+        self.crossed = 0
+        self._v = vectors
+        self._scope = array("i", bytes(24))
+
+    def beside(self, i, way):
+        # The record after (1) or before (-1) record i of its ring.
+        v = self._v
+        c = v.chain_of(i)
+        i += way
+        if v.firsts[c] <= i < v.firsts[c] + v.counts[c]:
+            return i
+        if not v.kinds[c] & BARRIER:
+            c += way
+            while c < 0 or c >= self.chains or v.kinds[c] & BARRIER:
+                c += way
+                if c < 0:
+                    c = self.chains - 1
+                elif c >= self.chains:
+                    c = 0
+        return v.firsts[c] if way > 0 else v.firsts[c] + v.counts[c] - 1
+
+    def ahead(self, i, n):
+        # The n-th record after record i.
+        v = self._v
+        while True:
+            c = v.chain_of(i)
+            i += n
+            n = i - v.firsts[c] - v.counts[c]
+            if n < 0:
+                return i
+            i = self.beside(i - n - 1, 1)
+
+    def count(self, i, k):
+        # How many records there are from i on to k.
+        v = self._v
+        c = v.chain_of(i)
+        n = k - i
+        size = v.counts[c]
+        if not v.kinds[c] & BARRIER:
+            size = 0
+            n = 0
+            for c in range(self.chains):
+                if not v.kinds[c] & BARRIER:
+                    size += v.counts[c]
+                    n += min(max(k - v.firsts[c], 0), v.counts[c]) - min(max(i - v.firsts[c], 0), v.counts[c])
+        return n % size + 1
+
+    def turn(self, i):
+        # How far the ring turns left at record i.
+        return wrap(self.polar(i, 1) - 32768 - self.polar(i, -1))
+
+    def polar(self, i, way):
+        # From record i to the one beside it: distance << 16 | bearing.
+        v = self._v
+        k = self.beside(i, way)
+        return polar(_short(v.xs[k] - v.xs[i]), _short(v.ys[k] - v.ys[i]))
+
+    def enclosed(self, first, count, gate, x, y):
+        # The area, in 200 mm2, within the records from `first` on and the record `gate`; `crossed` is odd if (x, y) lies within.
+        v = self._v
+        s = self._scope
+        s[0] = x
+        s[1] = y
+        passage.trace(v.xs, v.ys, gate, gate + 1, s)
+        s[4] = s[5] = 0
+        while count > 0:
+            c = v.chain_of(first)
+            n = min(count, v.firsts[c] + v.counts[c] - first)
+            passage.trace(v.xs, v.ys, first, first + n, s)
+            count -= n
+            first = self.beside(first + n - 1, 1)
+        passage.trace(v.xs, v.ys, gate, gate + 1, s)
+        self.crossed = s[5]
+        return s[4]
+
+
+def _short(v):
+    return _LONGEST if v > _LONGEST else -_LONGEST if v < -_LONGEST else v
