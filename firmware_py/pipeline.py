@@ -58,6 +58,9 @@ _SPREAD = const(8)
 _DISTANCE_FIXES = const(16)
 _WEIGHTED = const(32)
 _EQ1_LITERAL = const(64)
+_FILTER = const(128)
+_CALIBRATE = const(256)
+_MANHATTAN = const(512)
 
 
 class Tvslam:
@@ -127,8 +130,9 @@ class Tvslam:
                             flags & _MIDPOINT)
         self.infrared.begin(p.of("ir_radius"), p.values, p.first("ir_bearing"))
         self.explorer.begin(p.of("body_radius"), p.of("wall_gap"), p.of("speed_max"), p.of("turn_max"), track_um)
-        self.uwb.begin(p, flags & _WEIGHTED)
-        self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED)
+        self.uwb.begin(p, flags & _WEIGHTED, flags & _FILTER)
+        self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED, flags & _FILTER,
+                                flags & _CALIBRATE, flags & _MANHATTAN)
         self.walls.begin(flags & _CORNERS)
         self._margin = (p.of("body_radius") + _ROOM_MM) // 5
         self.outline.spread = flags & _SPREAD != 0
@@ -146,7 +150,7 @@ class Tvslam:
         self.localization.update(values, _UWB)
         e.step(self.tick, values[_SONAR], values[_BUMP])
         if e.started:
-            self.outline.begin(o.path_mm, o.turn_bam)
+            self.outline.begin(o.path_mm, self.localization.turn_bam)
         elif e.abandoned:
             self.outline.abandon()
         if e.inside:
@@ -192,6 +196,7 @@ class Tvslam:
         o = self.odometry
         self._turning_point(e.state)
         if self.infrared.ranges_mm[_SIDE] < _SIDE_MAX_MM:
+            self.localization.wall(self.infrared.hit_x[_SIDE], self.infrared.hit_y[_SIDE])
             if self._flags & _WALL_OFFSET:
                 x_mm = self.infrared.hit_x[_SIDE]
                 y_mm = self.infrared.hit_y[_SIDE]
@@ -199,7 +204,7 @@ class Tvslam:
             self.outline.add(x_mm, y_mm, self.frame.x, self.frame.y)
         if e.arcing:
             return  # no wall here: no loop can close
-        came = self.outline.visit(self.localization, o.path_mm, o.turn_bam)
+        came = self.outline.visit(self.localization, o.path_mm, self.localization.turn_bam)
         if came == CLOSING:
             e.closing = True
         elif came == OUTLINE_DONE:

@@ -129,7 +129,7 @@ def _write(args, plan, sections, done):
             lines += ["", "![%s](%s)" % (section.title, section.picture)]
     _text(os.path.join(args.out, "evaluation.md"), "\n".join(lines) + "\n")
     told = {"home": home.name, "seeds": plan.seeds, "quick": args.quick,
-            "sections": {section.name: {"title": section.title, "data": section.data, "notes": section.notes} for section in sections},
+            "sections": {section.name: {key: getattr(section, key) for key in ("title", "lines", "notes", "data")} for section in sections},
             "runs": [replace(run, home=os.path.basename(run.home)).asdict() | {"key": run.key, "finished": figures["result"]["finished"]}
                      for run, figures in done.items()]}
     _text(os.path.join(args.out, "evaluation.json"), json.dumps(told, indent=1, allow_nan=False) + "\n")

@@ -167,6 +167,9 @@ def errors_cm(error_m):
 
 def _map(result, mission, truth, vector_map):
     figures = result["map"]
+    counts = {} if vector_map is None else {"regions": vector_map.regions, "nodes": vector_map.nodes, "edges": vector_map.edges}
+    for name in counts.keys() & mission.stores.keys():
+        mission.stores[name]["used"] = counts[name]  # a store is told every few seconds; these were filled in the last ones
     stores = [mission.stores[name] for name in MAP_STORES if name in mission.stores]
     if stores:
         figures["ram_bytes"] = sum(store["used"] * store["record_bytes"] for store in stores)
@@ -175,8 +178,8 @@ def _map(result, mission, truth, vector_map):
         return
     figures["stored_bytes"] = len(mission.map_bytes)
     figures["vectors"], figures["chains"] = len(vector_map.vectors()), len(vector_map.chains)
-    for key, count in (("regions", vector_map.regions), ("turning_nodes", vector_map.nodes), ("edges", vector_map.edges)):
-        figures[key] = count or None  # a finished map has at least one region: none means not built
+    for key, name in (("regions", "regions"), ("turning_nodes", "nodes"), ("edges", "edges")):
+        figures[key] = counts[name] if vector_map.regions else None  # a finished map has at least one region: none means not built
     figures |= score_map(truth, vector_map)
     if not result["finished"] or not len(vector_map.vectors(KIND_OUTLINE)):
         figures["iou_free"] = None  # an open outline encloses nothing

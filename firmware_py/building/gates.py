@@ -12,12 +12,13 @@ _REFLEX = const(-2731)       # 15 degrees to the right
 _WALL_END = const(-27307)    # 150 degrees, within
 _JAMB = const(90)            # 0.45 m: the end of a wall
 _STICK = const(6)            # 3 cm: a neighbour may reach that far past the gate's end
-_OFF = const(5)              # from both ends of a line of sight
+_OFF = const(5)              # from both ends of a line of sight; and beside it nothing may be,
+_BESIDE = const(2)           # not even the same gate, found once more
 _CANDIDATES = const(128)     # places of the edges that wait for theirs
 
 
 class Gates:
-    # begin(first record of the outline); step() until True; then each shortest() gives one more gate, until it says False.
+    # begin(first record of the outline); step() until True; then each shortest(room) gives one more gate, until it says False.
     #
     # A gate leads from the reflex record i to the nearest place (x, y) of another vector of its ring, the one that ends at record k;
     # no way beside it is shorter. `foot`: that place lies before k. `open`: no gate that was taken since crosses it; `width`; what
@@ -61,47 +62,62 @@ class Gates:
                 return True
             if self._rings.turn(self.i) >= _REFLEX:
                 return False
-            self._measure()
             c = v.chain_of(self.i)
             self.k = v.firsts[c] if v.kinds[c] & BARRIER else self._outline
         c = v.chain_of(self.k)
         end = v.firsts[c] + v.counts[c]
         if self._find(end):
-            self._consider()
-            if self.open and self._is_between_rooms():
+            rest = self.total - self.area
+            if self.total < 0:  # of a barrier only what it holds within it
+                rest = max(rest, self.area)
+            if self.open and rest >= _ROOM_MIN and (self.area >= _ROOM_MIN or self.total < 0):
                 self._keep()
             self.k += 1
             if self.k < end:
                 return False
         self.k = -1
-        while not v.kinds[c] & BARRIER and c + 1 < v.chains:
-            c += 1
-            if not v.kinds[c] & BARRIER:
-                self.k = v.firsts[c]
-                break
+        if not v.kinds[c] & BARRIER:
+            for n in range(c + 1, v.chains):
+                if self.k < 0 and not v.kinds[n] & BARRIER:
+                    self.k = v.firsts[n]  # the outline goes on there
         return False
 
-    def shortest(self):
+    def _keep(self):
+        g = self._g
+        n = self._n
+        if n < _CANDIDATES:
+            self._n = n + 1
+            g.nodes[n] = 65535
+        else:
+            g.lost = (g.lost + 1) & 0xFFFF
+            n = 0
+            for q in range(_CANDIDATES):
+                if g.nodes[q] > g.nodes[n]:
+                    n = q
+        if g.nodes[n] > self.width:
+            g.edges[2 * n] = self.i
+            g.edges[2 * n + 1] = self.k
+            g.nodes[n] = self.width
+
+    def shortest(self, room):
+        # -> False when none is left, or there is one and no room for it
         g = self._g
         n = -1
         for q in range(self._n):
             if g.nodes[q] and (n < 0 or g.nodes[q] < g.nodes[n]):
                 n = q
-        if n < 0:
+        if n >= 0 and not room:
+            g.lost = (g.lost + 1) & 0xFFFF
+        if n < 0 or not room:
             return False
         g.nodes[n] = 0
         self.i = g.edges[2 * n]
         self.k = g.edges[2 * n + 1]
-        self._measure()
         self._find(self.k + 1)
-        self._consider()
         return True
 
-    def wall_ends(self):
-        # Whether the end of a wall stands at the gate.
-        return self._ends(self.i) or not self.foot and self._ends(self.k)
-
-    def _ends(self, i):
+    def wall_ends(self, i):
+        # Whether record i is a corner at the end of a wall.
         rings = self._rings
         for way in range(-1, 2, 2):
             turned = rings.turn(i)
@@ -117,51 +133,45 @@ class Gates:
                     return True
         return False
 
-    def _measure(self):
-        i = self.i
-        self.total = self._rings.enclosed(i, self._rings.count(i, self._rings.beside(i, -1)), i, 0, 0)
-
     def _find(self, end):
-        # The next vector, before the one to record `end`, that record i has a gate to by its distance.
+        # From vector k on, before the one to record `end`, the next that record i has a gate to by its distance. -> whether there is one
         v = self._v
+        rings = self._rings
+        i = self.i
         s = self._scope
-        s[0] = v.xs[self.i]
-        s[1] = v.ys[self.i]
+        s[0] = v.xs[i]
+        s[1] = v.ys[i]
         s[2] = _GATE_MIN
         s[3] = _GATE_MAX
-        k = passage.narrow(v.xs, v.ys, self._rings.beside(self.k, -1), self.k, end, s)
+        self.open = False
+        k = passage.narrow(v.xs, v.ys, rings.beside(self.k, -1), self.k, end, s)
         if k < 0:
             return False
         self.k = k
         self.x = s[4]
         self.y = s[5]
         self.foot = s[6]
-        return True
-
-    def _consider(self):
-        v = self._v
-        i = self.i
-        k = self.k
-        self.open = False
-        ux = self.x - v.xs[i]
-        uy = self.y - v.ys[i]
+        ux = self.x - s[0]
+        uy = self.y - s[1]
         self.width = polar(ux, uy) >> 16
         if self._passed(i, ux, uy):
-            return
-        if not self.foot and (k <= i or self._rings.turn(k) >= _REFLEX or self._passed(k, -ux, -uy)):
-            return
+            return True
+        if not self.foot and (k <= i or rings.turn(k) >= _REFLEX or self._passed(k, -ux, -uy)):
+            return True
         ox = ux * _OFF // self.width
         oy = uy * _OFF // self.width
-        if self._sight.met(v.xs[i] + ox, v.ys[i] + oy, ux - 2 * ox, uy - 2 * oy, 0, 1):
-            return
+        if self._sight.met(s[0] + ox, s[1] + oy, ux - 2 * ox, uy - 2 * oy, _BESIDE, 1):
+            return True
         self.open = True
         n = self.behind
-        v.xs[n] = v.xs[i]
-        v.ys[n] = v.ys[i]
+        v.xs[n] = s[0]
+        v.ys[n] = s[1]
         v.xs[n + 1] = self.x
         v.ys[n + 1] = self.y
-        self.count = self._rings.count(i, self._rings.beside(k, -1) if self.foot else k)
-        self.area = self._rings.enclosed(i, self.count, n + 1, self.x, self.y)
+        self.count = rings.count(i, rings.beside(k, -1) if self.foot else k)
+        self.area = rings.enclosed(i, self.count, n + 1, self.x, self.y)
+        self.total = rings.enclosed(i, rings.count(i, rings.beside(i, -1)), i, 0, 0)
+        return True
 
     def _passed(self, i, ux, uy):
         # Whether a neighbour of record i lies farther along (ux, uy), the gate as seen from there: another one is shorter.
@@ -172,26 +182,3 @@ class Gates:
             if along > max(_STICK, far >> 2):
                 return True
         return False
-
-    def _is_between_rooms(self):
-        rest = self.total - self.area
-        if self.total < 0:
-            return max(self.area, rest) >= _ROOM_MIN  # of a barrier only what it holds within it
-        return min(self.area, rest) >= _ROOM_MIN
-
-    def _keep(self):
-        g = self._g
-        n = self._n
-        if n == _CANDIDATES:
-            g.lost = (g.lost + 1) & 0xFFFF
-            n = 0
-            for q in range(_CANDIDATES):
-                if g.nodes[q] > g.nodes[n]:
-                    n = q
-            if g.nodes[n] <= self.width:
-                return
-        else:
-            self._n = n + 1
-        g.edges[2 * n] = self.i
-        g.edges[2 * n + 1] = self.k
-        g.nodes[n] = self.width

@@ -1,5 +1,4 @@
 # Rooms: the map is cut at its doorways (Paper 4.3).
-
 from ..fixed import sine, cosine
 from ..storage.region_graph import AREA, COUNT, FIRST, GATE_FIRST, LEARNED, LINES, PARENT, X, Y
 from ..storage.vector_store import BARRIER, CHAIN_END, LONG, SEARCHED
@@ -9,15 +8,17 @@ from .rings import Rings
 _ROOM_MIN = const(165)       # dm2
 _OPEN = const(33)            # 32nds of the gate's width must fit into the rooms if a wall ends at it,
 _PLAIN = const(40)           # so many if none does
-_LOOKS = const(2000)         # at vectors, a tick
-
+_SHORTEST = const(10)        # map units: at a shorter vector no square is tried
+_WORK = const(2400)          # a tick; a piece costs as much as 300 vectors, and the vectors
 # phases
 _COLLECT = const(0)
 _CHOOSE = const(1)
-_TRY = const(2)
-_LINES = const(3)
-_ISLANDS = const(4)
-_DONE = const(5)
+_PLACE = const(2)
+_CUT = const(3)
+_TRY = const(4)
+_LINES = const(5)
+_ISLANDS = const(6)
+_DONE = const(7)
 
 
 class Partition:
@@ -53,6 +54,7 @@ class Partition:
         g = self._g
         g.clear()
         self.rings.chains = v.chains
+        self.rings.chain = 0
         self._gate_chains = 0
         c = 0
         while c < v.chains and v.kinds[c] & BARRIER:
@@ -62,8 +64,8 @@ class Partition:
             return
         self._phase = _COLLECT
         i = v.firsts[c]
-        for k in range(8):
-            g.regions[k] = 0
+        for n in range(8):
+            g.regions[n] = 0
         n = self.rings.count(i, self.rings.beside(i, -1))
         g.regions[FIRST] = i
         g.regions[COUNT] = n
@@ -71,56 +73,74 @@ class Partition:
         g.region_count = 1
         self._gates.begin(i)
         if not self._has_room():
+            g.lost = (g.lost + 1) & 0xFFFF
             self._walk(0, _LINES)  # one region
 
     def _has_room(self):
-        # For one more gate behind the map.
+        # For one more region, and its gate behind the map.
         v = self._v
-        g = self._g
         n = self._gate_chains
         self._gates.behind = v.used + 2 * n
-        if v.used + 2 * n + 2 <= len(v.xs) and v.chains + n < len(v.kinds) and g.region_count < len(g.regions) // 8:
-            return True
-        g.lost = (g.lost + 1) & 0xFFFF
-        return False
+        return v.used + 2 * n + 2 <= len(v.xs) and v.chains + n < len(v.kinds) and self._g.region_count < len(self._g.regions) // 8
 
     def step(self):
         # -> True when the work is done
-        n = _LOOKS // (self._v.used + 1) + 1
-        while n and self._phase < _DONE:
+        n = _WORK // (self._v.used + 300)
+        while n > 0 and self._phase < _DONE:
             n -= 1
             self._sight.chains = self._v.chains + self._gate_chains
             if self._phase == _COLLECT:
                 if self._gates.step():
                     self._phase = _CHOOSE
-            elif self._phase == _CHOOSE:
-                self._choose()
+            elif self._phase < _TRY:
+                n = 0
+                if self._phase == _CHOOSE:
+                    self._choose()
+                elif self._phase == _PLACE:
+                    self._where()
+                else:
+                    self._cut()
             elif self._phase == _TRY:
+                n -= 2
                 self._try()
             elif self._phase == _LINES:
                 self._count_lines()
             else:
+                n = 0
                 self._place_island()
         self._sight.chains = -1
         return self._phase == _DONE
 
     def _choose(self):
-        if not self._has_room() or not self._gates.shortest():
+        if not self._gates.shortest(self._has_room()):
             self._walk(0, _LINES)
         elif self._gates.open:
-            self._propose()
+            self._phase = _PLACE
 
-    def _propose(self):
-        # What the gate would cut off, as the region after the last one; then it is tried.
+    def _where(self):
+        # Where the gate stands.
         v = self._v
         g = self._g
         gate = self._gates
         r = 8 * g.region_count
         x = v.xs[gate.i] + gate.x >> 1
         y = v.ys[gate.i] + gate.y >> 1
-        self._square = gate.width * (_OPEN if gate.wall_ends() else _PLAIN) >> 5
-        self._parent = p = self.region_of(x, y)
+        g.regions[r + X] = x & 0xFFFF
+        g.regions[r + Y] = y & 0xFFFF
+        wall_ends = gate.wall_ends(gate.i) or not gate.foot and gate.wall_ends(gate.k)
+        self._square = gate.width * (_OPEN if wall_ends else _PLAIN) >> 5
+        self._parent = self.region_of(x, y)
         self._inside = v.kinds[v.chain_of(gate.i)] & BARRIER
+        self._phase = _CUT
+
+    def _cut(self):
+        # What it would cut off, as the region after the last one; then it is tried.
+        v = self._v
+        g = self._g
+        gate = self._gates
+        self._phase = _CHOOSE
+        p = self._parent
+        r = 8 * g.region_count
         area = gate.area
         if self._inside:
             other = area < 0
@@ -137,8 +157,6 @@ class Partition:
             self._count = self.rings.count(gate.k, gate.i)
         g.regions[r + FIRST] = self._first
         g.regions[r + COUNT] = self._count
-        g.regions[r + X] = x & 0xFFFF
-        g.regions[r + Y] = y & 0xFFFF
         g.regions[r + LINES] = g.regions[r + LEARNED] = 0
         g.regions[r + PARENT] = flags
         area = area // 50
@@ -180,26 +198,31 @@ class Partition:
         self._phase = phase
         self._side = r
         self._at = self._g.regions[8 * r + FIRST]
-        self._left = self._g.regions[8 * r + COUNT]
+        self._left = self._g.regions[8 * r + COUNT] + (r == 0)  # the ring's last vector leads to the first record
+        self._on(0)
 
-    def _on(self):
-        # To the next record of the region; a child's range is passed over.
+    def _on(self, n):
+        # To the n-th next record of the region; a child's range is passed over.
         g = self._g
         size = g.regions[8 * self._side + COUNT]
-        n = 1
-        for q in range(1, g.region_count + (self._phase == _TRY)):
-            if g.regions[8 * q + FIRST] == self._at and n < g.regions[8 * q + COUNT] <= self._left and g.regions[8 * q + COUNT] < size:
-                n = g.regions[8 * q + COUNT]
-        if n > 1:
+        again = True
+        while again:
+            self._at = self.rings.ahead(self._at, n)
+            self._left -= n
+            n = 1
+            for q in range(1, g.region_count + (self._phase == _TRY)):
+                count = g.regions[8 * q + COUNT]
+                if g.regions[8 * q + FIRST] == self._at and n < count <= self._left and count < size:
+                    n = count
+            again = n > 1
             n -= 1
-        self._at = self.rings.ahead(self._at, n)
-        self._left -= n
 
     def _try(self):
         # Does the square stand at the vector here?
         if self._left > 0:
-            if not self._fits():
-                self._on()
+            fits = self._fits()
+            if not fits:
+                self._on(1)
                 return
             if self._side == self._g.region_count and not self._inside:
                 self._walk(self._parent, _TRY)
@@ -210,21 +233,19 @@ class Partition:
         self._phase = _CHOOSE
 
     def _fits(self):
+        # At its middle, or at either end.
         v = self._v
         p = self.rings.polar(self._at, 1)
         far = p >> 16
         c = cosine(p & 0xFFFF)
         s = sine(p & 0xFFFF)
         n = self._square
-        if far < 10:
-            return False
-        for k in range(3):
+        fits = False
+        for k in range(3 if far > n + 4 else 1 if far >= _SHORTEST else 0):
             t = far >> 1 if k == 0 else n // 2 + 2 if k == 1 else far - n // 2 - 2
-            if k == 0 or far > n + 4:
-                if not self._sight.met(v.xs[self._at] + (t * c - 4 * s >> 15), v.ys[self._at] + (t * s + 4 * c >> 15),
-                                       -n * s >> 15, n * c >> 15, n // 2, 1):
-                    return True
-        return False
+            fits = fits or self._sight.met(v.xs[self._at] + (t * c - 4 * s >> 15), v.ys[self._at] + (t * s + 4 * c >> 15),
+                                           -n * s >> 15, n * c >> 15, n // 2, 1) == 0
+        return fits
 
     def _accept(self):
         g = self._g
@@ -243,7 +264,7 @@ class Partition:
         r = self._side
         if self._left > 1:
             self._line(r, self._at)
-            self._on()
+            self._on(1)
         elif r + 1 < g.region_count:
             self._walk(r + 1, _LINES)
         else:

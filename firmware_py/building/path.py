@@ -2,7 +2,6 @@
 
 from array import array
 from ..fixed import isqrt
-from ..storage.region_graph import COUNT, FIRST, GATE_FIRST, PARENT, X, Y
 
 NOWHERE = 65535      # length_cm: no way
 GOAL = 255           # after(): from there straight to the goal
@@ -11,29 +10,25 @@ _NODES = const(64)
 _OPEN = const(0)     # states of a node
 _CLOSED = const(1)
 _ASIDE = const(2)    # the goal is seen from the point before its gate
-_BEFORE = const(70)  # 0.35 m
 _UNITS = const(2)    # nodes that look at the goal, a tick
 
 
 class Path:
-    # begin(from x, y, to x, y, margin), in map units of 5 mm; step() once a tick until True: length_cm, NOWHERE if there is no way, and
+    # begin(from x, y, to x, y), in map units of 5 mm; step() once a tick until True: length_cm, NOWHERE if there is no way, and
     # `first`, the node to go to first, GOAL for straight on; after(node) is the one behind it.
     #
     # The search runs from the goal to the start, so that each node knows the next one of its way. What may be left is taken to be the
     # longer side of the box between: never more than it is, and it never falls by more than a way is long.
-    # Ways are straight lines free by `margin` on either side. A gate's node also counts as seen from a place that sees the point
-    # 0.35 m before the gate: aside(node, x, y) leaves that in x, y; `first_aside`, and last_aside(node) of the way's last node, tell that
-    # it is to be passed. Allocates in __init__ only.
+    # Ways are straight lines, free as the topology's are. A gate's node also counts as seen from a place that sees the point
+    # before the gate, topology.aside(): `first_aside`, and last_aside(node) of the way's last node, tell that this is to be passed, too.
+    # Allocates in __init__ only.
 
-    def __init__(self, vectors, sight, graph, rings):
+    def __init__(self, sight, graph, topology):
         self.length_cm = NOWHERE
         self.first = GOAL
         self.first_aside = False
-        self.x = 0
-        self.y = 0
-        self._v = vectors
         self._sight = sight
-        self._rings = rings
+        self._topology = topology
         self._g = graph
         self._costs = array("H", bytes(2 * _NODES))
         self._next = bytearray(_NODES)
@@ -42,16 +37,14 @@ class Path:
         self._y0 = 0
         self._x1 = 0
         self._y1 = 0
-        self._margin = 0
         self._n = 0
         self._went_aside = False
 
-    def begin(self, x0, y0, x1, y1, margin):
+    def begin(self, x0, y0, x1, y1):
         self._x0 = x0
         self._y0 = y0
         self._x1 = x1
         self._y1 = y1
-        self._margin = margin
         self._n = 0
         self.first = GOAL
         self.first_aside = False
@@ -62,26 +55,6 @@ class Path:
 
     def last_aside(self, n):
         return self._states[n] & _ASIDE != 0
-
-    def aside(self, n, x, y):
-        # The point before gate n on the side of (x, y). -> whether there is one
-        g = self._g
-        if n + 1 >= g.region_count:
-            return False
-        r = 8 * n + 8
-        i = g.regions[r + FIRST]
-        if not g.regions[r + PARENT] & GATE_FIRST:
-            i = self._rings.ahead(i, g.regions[r + COUNT] - 1)
-        self.x = g.at(g.regions, r + X)
-        self.y = g.at(g.regions, r + Y)
-        ux = self.x - self._v.xs[i]
-        uy = self.y - self._v.ys[i]
-        far = isqrt(ux * ux + uy * uy) + 1
-        if (ux * (y - self.y) - uy * (x - self.x)) < 0:
-            far = -far
-        self.x -= uy * _BEFORE // far
-        self.y += ux * _BEFORE // far
-        return True
 
     def step(self):
         # -> True when the way is known
@@ -141,10 +114,11 @@ class Path:
         ny = g.at(g.nodes, 3 * n + 1)
         far = self._way(nx, ny, x, y)
         self._went_aside = False
-        if far == NOWHERE and self.aside(n, x, y):
-            far = self._way(nx, ny, self.x, self.y)
+        t = self._topology
+        if far == NOWHERE and t.aside(n, x, y):
+            far = self._way(nx, ny, t.aside_x, t.aside_y)
             if far < NOWHERE:
-                rest = self._way(self.x, self.y, x, y)
+                rest = self._way(t.aside_x, t.aside_y, x, y)
                 self._went_aside = rest < NOWHERE
                 far = far + rest if self._went_aside else NOWHERE
         return far
@@ -153,6 +127,6 @@ class Path:
         # cm straight on, never less than it is; NOWHERE if something stands in the way.
         dx = x1 - x0
         dy = y1 - y0
-        if self._sight.met(x0, y0, dx, dy, self._margin, 1):
+        if self._sight.met(x0, y0, dx, dy, self._topology.margin, 1):
             return NOWHERE
         return isqrt(dx * dx + dy * dy) + 2 >> 1

@@ -13,6 +13,7 @@ class Rings:
 
     def __init__(self, vectors):
         self.chains = 0
+        self.chain = 0        # of the record that was asked for last; 0 whenever the map has changed
         self.crossed = 0
         self._v = vectors
         self._scope = array("i", bytes(24))
@@ -20,7 +21,9 @@ class Rings:
     def beside(self, i, way):
         # The record after (1) or before (-1) record i of its ring.
         v = self._v
-        c = v.chain_of(i)
+        c = self.chain
+        if not v.firsts[c] <= i < v.firsts[c] + v.counts[c]:
+            c = self.chain = v.chain_of(i)
         i += way
         if v.firsts[c] <= i < v.firsts[c] + v.counts[c]:
             return i
@@ -68,7 +71,7 @@ class Rings:
         # From record i to the one beside it: distance << 16 | bearing.
         v = self._v
         k = self.beside(i, way)
-        return polar(_short(v.xs[k] - v.xs[i]), _short(v.ys[k] - v.ys[i]))
+        return polar(max(-_LONGEST, min(v.xs[k] - v.xs[i], _LONGEST)), max(-_LONGEST, min(v.ys[k] - v.ys[i], _LONGEST)))
 
     def enclosed(self, first, count, gate, x, y):
         # The area, in 200 mm2, within the records from `first` on and the record `gate`; `crossed` is odd if (x, y) lies within.
@@ -79,15 +82,13 @@ class Rings:
         passage.trace(v.xs, v.ys, gate, gate + 1, s)
         s[4] = s[5] = 0
         while count > 0:
-            c = v.chain_of(first)
+            self.beside(first, 1)
+            c = self.chain
             n = min(count, v.firsts[c] + v.counts[c] - first)
             passage.trace(v.xs, v.ys, first, first + n, s)
             count -= n
-            first = self.beside(first + n - 1, 1)
+            if count:
+                first = self.beside(first + n - 1, 1)
         passage.trace(v.xs, v.ys, gate, gate + 1, s)
         self.crossed = s[5]
         return s[4]
-
-
-def _short(v):
-    return _LONGEST if v > _LONGEST else -_LONGEST if v < -_LONGEST else v

@@ -37,9 +37,7 @@ def look(xs, ys, flags, firsts, counts, kinds, scope):
     c = chains - 1
     while c >= 0 and kinds[c] & _BARRIER:
         c -= 1
-    tail = -1
-    if c >= 0 and (half == 0 or kinds[c] & _SEARCHED):
-        tail = firsts[c] + counts[c] - 1
+    tail = firsts[c] + counts[c] - 1 if c >= 0 and (half == 0 or kinds[c] & _SEARCHED) else -1
     c = 0
     while c < chains:
         k = firsts[c]
@@ -59,29 +57,22 @@ def look(xs, ys, flags, firsts, counts, kinds, scope):
             j = k
         was = (ys[j] - y) * ux - (xs[j] - x) * uy >> 12
         while k < end:
-            dx = xs[k] - x
-            dy = ys[k] - y
-            across = dy * ux - dx * uy >> 12
+            across = (ys[k] - y) * ux - (xs[k] - x) * uy >> 12
             if not (across > half and was > half or across <= -half and was <= -half):
-                low = was
-                high = across
-                enter = (xs[j] - x) * ux + (ys[j] - y) * uy >> 12
-                leave = dx * ux + dy * uy >> 12
-                if low > high:
-                    low = across
-                    high = was
-                    i = enter
-                    enter = leave
-                    leave = i
                 # From (enter, low) up to (leave, high): cut to what lies within the strip.
+                low = was if was < across else across
+                high = was + across - low
+                i = j if was < across else k
+                enter = (xs[i] - x) * ux + (ys[i] - y) * uy >> 12
+                i = j + k - i
+                leave = (xs[i] - x) * ux + (ys[i] - y) * uy >> 12
                 shift = 4 if high - low > _STEEP else 0
                 run = leave - enter
                 rise = high - low >> shift
-                i = enter
+                if high > half:
+                    leave = enter + run * (half - low >> shift) // rise
                 if low < -half:
                     enter += run * (-half - low >> shift) // rise
-                if high > half:
-                    leave = i + run * (half - low >> shift) // rise
                 if enter > leave:
                     i = enter
                     enter = leave
@@ -116,17 +107,11 @@ class Sight:
         return self.met(x, y, x1_mm // 5 - x, y1_mm // 5 - y, margin_mm // 5, 1) == 0
 
     def inside(self, x_mm, y_mm):
-        s = self.scope
-        s[0] = x_mm // 5
-        s[1] = y_mm // 5
-        s[2] = 4096
-        s[3] = 0
-        s[4] = s[6] = 0
-        s[7] = 65535
-        return self._look() & 1 == 1
+        return self.met(x_mm // 5, y_mm // 5, _FAR, 0, 0, 0) & 1 == 1
 
     def met(self, x, y, dx, dy, half, any_hit):
-        # Vectors that come within `half` of the way (dx, dy) from (x, y), all in map units. 1 for a way that is too long.
+        # Vectors that come within `half` of the way (dx, dy) from (x, y), all in map units. 1 for a way that is too long;
+        # one of just _FAR has no end.
         s = self.scope
         if not (-_FAR <= dx <= _FAR and -_FAR <= dy <= _FAR):
             s[8] = -1
@@ -143,7 +128,7 @@ class Sight:
             s[3] = (dy << 12 + shift) // length
         s[4] = half
         s[6] = any_hit
-        s[7] = length >> shift
+        s[7] = 65535 if length == _FAR else length >> shift
         return self._look()
 
     def _look(self):

@@ -1,15 +1,18 @@
 # Turning nodes and the ways between them (Paper 4.4): the middle of each gate, and corners from which other nodes are seen.
 
 from ..fixed import isqrt, sine, cosine
-from ..storage.region_graph import X, Y
+from ..storage.region_graph import COUNT, FIRST, GATE_FIRST, PARENT, X, Y
 
 _REFLEX = const(-4551)       # 25 degrees to the right
 _PUSH = const(60)            # map units of 5 mm: a node stands 0.3 m off its corner, in a narrow passage in the middle
 _NEAR = const(38)            # at least 0.19 m
 _ROOM = const(26)            # half a square that must be free around it
-_FAR = const(16383)
-_LOOKS = const(4000)         # at vectors, a tick
-_PASSES = const(2)           # more of them over the corners, if not all nodes are joined
+_FAR = const(32700)          # the border of the map
+_SPARE = const(12)           # nodes that those before walls leave to those that join
+_BEFORE = const(70)          # 0.35 m before a gate
+_WORK = const(3200)          # a tick; a look costs as much as 400 vectors, and the vectors
+_WALL = const(100)           # 0.5 m: the place before a wall as long is to be seen by a node
+_PASSES = const(3)           # over the records: off the corners, off the walls; then off all corners if not all nodes are joined
 
 # phases
 _GATES = const(0)
@@ -21,13 +24,17 @@ _DONE = const(3)
 class Topology:
     # begin(margin); step() once a tick until True, when Partition is done. Fills the graph's nodes and edges.
     #
-    # Node r - 1 is the gate of region r. Then the reflex corners are gone through: a node stands off each one that sees no node yet, or
-    # nodes that were not joined. Where some are still not joined, those and the other corners once or twice more. An edge joins nodes
-    # that see each other: the straight way is free by `margin` on either side. First come those that join, then others while there is room.
-    # Full: what does not fit is refused; in the graph's `lost` count nodes, and edges that would have joined.
+    # Node r - 1 is the gate of region r. Then a node stands off each reflex corner that sees no node yet, or nodes that were not
+    # joined; and before the middle of each wall that sees none. Where some are still not joined, all corners are asked again, for that
+    # alone. Who sees the point 0.35 m before a gate, aside(gate's node, from x, y), is taken to see the gate.
+    # An edge joins nodes that see each other: the straight way is free by `margin` on either side. First come those that join, then
+    # others while there is room. Full: what does not fit is refused; those that would have joined count in the graph's `lost`.
     # Allocates in __init__ only.
 
     def __init__(self, vectors, sight, graph, partition):
+        self.margin = 0
+        self.aside_x = 0
+        self.aside_y = 0
         self._v = vectors
         self._sight = sight
         self._g = graph
@@ -35,21 +42,21 @@ class Topology:
         self._partition = partition
         self._labels = bytearray(64)   # nodes with the same one are joined
         self._phase = _DONE
-        self._margin = 0
         self._i = 0       # gate, corner, or node of a pair
         self._n = -1      # node that is looked at from there
         self._x = 0       # place of a node to be
         self._y = 0
         self._new = 0     # its number, once it is one
-        self._sees = 0    # how many parts of the graph
+        self._sees = 0    # how many nodes
+        self._parts = 0   # of the graph, that are not joined
         self._last = 0    # a node that it sees
+        self._likely = 0  # one that was seen from the place before
         self._passes = 0
-        self._guards = True  # a place that sees no node becomes one
 
     def begin(self, margin):
-        self._margin = margin
+        self.margin = margin
         self._phase = _GATES if self._g.region_count else _DONE
-        self._i = 0
+        self._i = self._likely = self._parts = 0
         self._n = -1
         self._passes = 0
 
@@ -58,15 +65,19 @@ class Topology:
         g = self._g
         if g.ready:
             return True
-        n = _LOOKS // (self._v.used + 1) + 2
-        while n and self._phase < _DONE:
+        n = _WORK // (self._v.used + 400)
+        while n > 0 and self._phase < _DONE:
             n -= 1
+            edges = g.edge_count
             if self._phase == _PAIRS:
                 self._pair()
             elif self._n < 0:
+                n -= 2
                 self._next_place()
             else:
                 self._look()
+            if g.edge_count > edges:
+                n = 0  # to place an edge is as much work as all that
         if self._phase < _DONE:
             return False
         g.ready = True
@@ -90,9 +101,9 @@ class Topology:
             self._phase = _CORNERS
             self._i = -1
         elif self._i < self._v.used:
-            if self._off_corner():
+            if self._off_wall():
                 self._n = 0
-        elif self._passes < _PASSES and not self._is_whole():
+        elif self._passes == 0 or self._passes < _PASSES and self._parts > 1:
             self._passes += 1
             self._i = -1
         else:
@@ -100,55 +111,92 @@ class Topology:
             self._i = 0
             self._n = 1
 
-    def _is_whole(self):
-        for n in range(1, self._g.node_count):
-            if self._labels[n] != self._labels[0]:
-                return False
-        return True
-
-    def _off_corner(self):
-        # Whether there is room for a node off record i: along the line that halves its free angle.
-        v = self._v
+    def _off_wall(self):
+        # Whether there is room for a node off corner i, on the line that halves its free angle; or off the middle of the wall from there.
         i = self._i
-        turn = self._rings.turn(i)
-        self._guards = turn < 0
-        if turn > _REFLEX and not (self._passes and turn > -_REFLEX):
-            return False
-        bearing = self._rings.polar(i, 1) - turn // 2 + 16384
-        c = cosine(bearing & 0xFFFF)
-        s = sine(bearing & 0xFFFF)
-        self._sight.met(v.xs[i] + (c >> 13), v.ys[i] + (s >> 13), c >> 8, s >> 8, 0, 0)
+        x = self._v.xs[i]
+        y = self._v.ys[i]
+        bearing = self._rings.polar(i, 1)
+        if self._passes == 1:
+            if bearing >> 16 < _WALL:
+                return False
+            far = bearing >> 17
+            x += far * cosine(bearing & 0xFFFF) >> 15
+            y += far * sine(bearing & 0xFFFF) >> 15
+        else:
+            turn = self._rings.turn(i)
+            if turn > _REFLEX and (self._passes == 0 or turn < -_REFLEX):
+                return False
+            bearing -= turn // 2
+        c = cosine(bearing + 16384 & 0xFFFF)
+        s = sine(bearing + 16384 & 0xFFFF)
+        self._sight.met(x + (c >> 13), y + (s >> 13), c >> 8, s >> 8, 0, 0)
         far = min(_PUSH, self._sight.scope[7] + 4 >> 1)
-        self._x = v.xs[i] + (far * c + 16384 >> 15)
-        self._y = v.ys[i] + (far * s + 16384 >> 15)
+        self._x = x + (far * c + 16384 >> 15)
+        self._y = y + (far * s + 16384 >> 15)
+        if not (-_FAR <= self._x <= _FAR and -_FAR <= self._y <= _FAR):
+            return False
         return far >= _NEAR and self._sight.met(self._x - _ROOM, self._y, 2 * _ROOM, 0, _ROOM, 1) == 0
 
     def _look(self):
         # From there at one node that it is not joined with yet.
         g = self._g
-        n = self._n
-        while n < g.node_count and (n == self._new or self._known(n)):
-            n += 1
-        self._n = n + 1
-        if n >= g.node_count:
-            if self._sees == 0 and self._new < 0 and self._guards:
-                self._stand()
+        labels = self._labels
+        known = self._new if self._new >= 0 else self._last
+        known = labels[known] if known >= 0 else 255
+        k = n = self._n
+        if known < 255 and self._parts == 1:
+            k = g.node_count
+        while k < g.node_count:
+            n = self._likely if k == 0 else 0 if k == self._likely else k  # first the one that the place before saw
+            if labels[n] != known:
+                break
+            k += 1
+        self._n = k + 1
+        if k >= g.node_count:
+            if self._sees == 0 and self._new < 0 and self._passes < 2:
+                if self._passes == 0 or 3 * (g.node_count + _SPARE) < len(g.nodes):
+                    self._stand()
             self._n = -1
-        elif self._sight.met(self._x, self._y, g.at(g.nodes, 3 * n) - self._x, g.at(g.nodes, 3 * n + 1) - self._y, self._margin, 1) == 0:
+        elif self._is_free(g.at(g.nodes, 3 * n), g.at(g.nodes, 3 * n + 1)):
             self._sees += 1
+            self._likely = n
             if self._new >= 0:
                 self._join(n)
             elif self._last < 0:
                 self._last = n
             else:
                 self._stand()
-                if self._new >= 0:
-                    self._join(self._last)
-                    self._join(n)
+                if self._new < 0:
+                    self._n = -1
+                    return
+                self._join(self._last)
+                self._join(n)
+        elif self._passes == 1 and self.aside(n, self._x, self._y) and self._is_free(self.aside_x, self.aside_y):
+            self._sees += 1
 
-    def _known(self, n):
-        seen = self._new if self._new >= 0 else self._last
-        return seen >= 0 and self._labels[n] == self._labels[seen]
+    def _is_free(self, x, y):
+        return self._sight.met(self._x, self._y, x - self._x, y - self._y, self.margin, 1) == 0
+
+    def aside(self, n, x, y):
+        # -> whether node n is a gate's; the point before it on the side of (x, y)
+        g = self._g
+        if n + 1 >= g.region_count:
+            return False
+        r = 8 * n + 8
+        i = g.regions[r + FIRST]
+        if not g.regions[r + PARENT] & GATE_FIRST:
+            i = self._rings.ahead(i, g.regions[r + COUNT] - 1)
+        mx = g.at(g.regions, r + X)
+        my = g.at(g.regions, r + Y)
+        ux = mx - self._v.xs[i]
+        uy = my - self._v.ys[i]
+        far = isqrt(ux * ux + uy * uy) + 1
+        if ux * (y - my) < uy * (x - mx):
+            far = -far
+        self.aside_x = mx - uy * _BEFORE // far
+        self.aside_y = my + ux * _BEFORE // far
+        return True
 
     def _stand(self):
         # A node here.
@@ -162,6 +210,7 @@ class Topology:
         g.nodes[3 * n + 2] = g.edge_count  # none yet
         g.node_count = n + 1
         self._labels[n] = n
+        self._parts += 1
         self._new = n
 
     def _join(self, n):
@@ -169,6 +218,7 @@ class Topology:
         label = self._labels[n]
         if not self._link(n, self._new):
             self._g.lost = (self._g.lost + 1) & 0xFFFF
+        self._parts -= 1
         for k in range(self._g.node_count):
             if self._labels[k] == old:
                 self._labels[k] = label
@@ -187,7 +237,7 @@ class Topology:
         self._n = b + 1
         x = g.at(g.nodes, 3 * a)
         y = g.at(g.nodes, 3 * a + 1)
-        if self._sight.met(x, y, g.at(g.nodes, 3 * b) - x, g.at(g.nodes, 3 * b + 1) - y, self._margin, 1) == 0:
+        if self._sight.met(x, y, g.at(g.nodes, 3 * b) - x, g.at(g.nodes, 3 * b + 1) - y, self.margin, 1) == 0:
             self._link(a, b)
 
     def _link(self, a, b):

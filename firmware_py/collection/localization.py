@@ -1,12 +1,26 @@
-# Combined localisation (Paper section 2): dead reckoning, replaced by UWB where they disagree.
+# Combined localisation (Paper section 2): dead reckoning, replaced by UWB where they disagree, or both in one filter.
 
-from ..fixed import isqrt
+from ..fixed import isqrt, wrap
+from .ekf import Ekf, X, Y, HEADING, DRIFT, TRACK, AXIS
+from .manhattan import Manhattan
+from .uwb import SLACK
 
 _BASELINE_MM = const(2500)     # between the two fixes that a heading is taken from (the paper: 0.5 m)
+_PAPER_BASELINE_MM = const(500)
 _BASELINE_MAX_MM = const(12000)
 _LEASH_MM = const(8000)        # the frame's anchor stays that near, fix or no fix
 _APART_MM = const(20000)       # more between two fixes is no turn
 _DRIFT = const(9000)           # 1 / (0.6 degrees in radians) squared: how far dead reckoning's heading is off by then
+
+_WAY_MM = const(150)           # the filter moves on after so much way, or turn, or so many reports
+_TURN_BAM = const(5000)
+_REPORTS = const(10)
+_APART_STATIC_MM = const(1500) # one fix each so much, where the ranges' errors are a field of the place
+_STATIC = const(4)             # and what it may still have in common with the next one
+_UNIT = const(10240000)        # half mm squared times information of uwb.py
+_CHORD_VARIANCE = const(12000) # of the direction of a chord of wall, BAM^2
+_GATE = const(40)              # 2.5 deviations
+_SLACK_MAX_MM = const(2000)
 
 
 class Localization:
@@ -15,12 +29,16 @@ class Localization:
     #   update(values, first): each step, after the odometry
     #   fix(): at a turning point: the replacement rule. Position: where the deviation exceeds fix_mm.
     #   Heading: the direction between two fixes against that of dead reckoning, beyond fix_bam.
+    #   wall(x, y): a hit of the mapping beam, mm of the odometry frame
+    # With `filtered` the filter takes the rule's place: each 15 cm it weighs dead reckoning, ranges and the direction of
+    # walls (`aligned`) against each other; what it learns of the wheels (`calibrate`) it tells the odometry.
     # x_mm, y_mm, heading_bam: the estimate after the last step.
 
     def __init__(self, odometry, uwb, frame):
         self.x_mm = 0
         self.y_mm = 0
         self.heading_bam = 0
+        self.turn_bam = 0       # the same, unwrapped
         self.fixes = 0
         self.replaced = 0
         self._odometry = odometry
@@ -34,17 +52,36 @@ class Localization:
         self._mark_y = 0
         self._mark_dx = 0
         self._mark_dy = 0
+        self._ekf = Ekf()
+        self._filtered = 0
+        self._due = 0           # which piece of the filter's work is next
+        self._was_x = 0         # where it has last moved on
+        self._was_y = 0
+        self._was_turn = 0
+        self._was_path = 0
+        self._fixed_mm = 0
+        self._drift = 0         # what the odometry is calibrated by
+        self._track = 0
+        self._aligned = 0
+        self._manhattan = Manhattan()
 
-    def begin(self, fix_mm, fix_bam, weighted):
+    def begin(self, fix_mm, fix_bam, weighted, filtered=0, calibrate=0, aligned=0):
         self._weighted = weighted
         self._fix_mm = fix_mm
         self._fix_bam = fix_bam
+        self._filtered = filtered
+        self._aligned = filtered and aligned
+        self._ekf.begin(calibrate)
         o = self._odometry
         f = self._frame
         f.from_x = f.to_x = o.x_um // 1000
         f.from_y = f.to_y = o.y_um // 1000
         f.rotate(0)
+        self._was_turn = o.turn_bam
+        self._was_path = o.path_mm
         self._follow()
+        self._was_x = self.x_mm
+        self._was_y = self.y_mm
 
     def update(self, values, first):
         self._follow()
@@ -52,6 +89,118 @@ class Localization:
             self._uwb.add(values, first, self.x_mm, self.y_mm)
         elif self._uwb.waiting:
             self._uwb.work()
+        elif self._filtered:
+            self._filter()
+
+    def _filter(self):
+        # One piece of the filter's work a tick: first what dead reckoning did, then what was measured.
+        o = self._odometry
+        if self._due == 0:
+            way = o.path_mm - self._was_path
+            turn = o.turn_bam - self._was_turn
+            if way < _WAY_MM and -_TURN_BAM < turn < _TURN_BAM and (way < 10 or self._uwb.reports < _REPORTS):
+                return
+            self._ekf.move(self.x_mm - self._was_x, self.y_mm - self._was_y, min(way, 1000), max(-32768, min(turn, 32767)))
+            self._was_x = self.x_mm
+            self._was_y = self.y_mm
+            self._was_path = o.path_mm
+            self._was_turn = o.turn_bam
+            if not self._uwb.static or o.path_mm - self._fixed_mm > _APART_STATIC_MM:
+                self._due = 1
+            elif self._manhattan.waiting:
+                self._due = 2
+        elif self._due == 1:
+            self._due = 2 if self._manhattan.waiting else 0
+            self._fixed_mm = o.path_mm
+            self._position()
+        else:
+            self._due = 0
+            self._align()
+
+    def _position(self):
+        # The sums of the reports as two numbers that err independently of each other, first what is known better.
+        uwb = self._uwb
+        s = uwb.scope
+        a = s[0]
+        b = s[1]
+        c = s[2]
+        p = s[3]
+        q = s[4]
+        unit = _UNIT
+        if uwb.static:
+            # All of them together are worth one.
+            n = min(uwb.reports, 32) * _STATIC + 1
+            a //= n
+            b //= n
+            c //= n
+            p //= n
+            q //= n
+            unit <<= 6
+        uwb.clear()
+        while a > 8191 or c > 8191 or p > 32767 or p < -32768 or q > 32767 or q < -32768:
+            a >>= 1
+            b >>= 1
+            c >>= 1
+            p >>= 1
+            q >>= 1
+            unit >>= 1
+        x = X
+        y = Y
+        if a < c:
+            x = Y
+            y = X
+            n = a
+            a = c
+            c = n
+            n = p
+            p = q
+            q = n
+        if a < 1:
+            return
+        self.fixes = (self.fixes + 1) & 0xFFFF
+        ekf = self._ekf
+        rho = (b << 12) // a
+        ekf.correct(x, y, rho, (p << 5) // a, unit // a, 0)
+        c -= b * b // a
+        if c > 0:
+            q = (q - b * p // a << 5) // c - (ekf.rest[y] >> 6)
+            ekf.correct(y, x, 0, q, unit // c, 0)
+        self._apply()
+
+    def _apply(self):
+        ekf = self._ekf
+        o = self._odometry
+        f = self._frame
+        f.move(o.x_um // 1000, o.y_um // 1000)
+        dx = ekf.taken(X, 11)
+        dy = ekf.taken(Y, 11)
+        f.to_x += dx
+        f.to_y += dy
+        f.rotate(f.turn_bam + ekf.taken(HEADING, 10))
+        self._was_x += dx
+        self._was_y += dy
+        self._manhattan.axis_bam += ekf.taken(AXIS, 10)
+        self._drift = max(-2000, min(self._drift + ekf.taken(DRIFT, 10), 2000))
+        self._track = max(-2000, min(self._track + ekf.taken(TRACK, 10), 2000))
+        o.calibrate(self._drift, self._track)
+        p = ekf.p
+        self._uwb.scope[SLACK] = min(isqrt(p[0] + p[7]) * 3 // 2, _SLACK_MAX_MM)
+        self._follow()
+
+    def wall(self, x, y):
+        if self._aligned:
+            self._manhattan.add(x, y)
+
+    def _align(self):
+        # The walls' axis is one more state of the filter: what it is off by and what the heading is are told apart by
+        # all that is known of both. A new axis begins as uncertain as the heading that it was seen with.
+        m = self._manhattan
+        off = m.off(m.chord_bam + self._frame.turn_bam)
+        if off < 32767 and self._ekf.correct(HEADING, AXIS, -4096, -off << 4, _CHORD_VARIANCE, _GATE):
+            m.match()
+            self._apply()
+        elif m.miss():
+            self._ekf.tie(AXIS, HEADING, 2 * _CHORD_VARIANCE)
 
     def _follow(self):
         o = self._odometry
@@ -66,10 +215,11 @@ class Localization:
         self.x_mm = f.x
         self.y_mm = f.y
         self.heading_bam = (o.heading_bam + f.turn_bam) & 0xFFFF
+        self.turn_bam = o.turn_bam + wrap(f.turn_bam)
 
     def fix(self):
         uwb = self._uwb
-        if not uwb.solve():
+        if self._filtered or not uwb.solve():
             return
         self.fixes = (self.fixes + 1) & 0xFFFF
         o = self._odometry
@@ -100,7 +250,7 @@ class Localization:
             self._mark(dx, dy)
             return
         length = isqrt(x * x + y * y)
-        if length < _BASELINE_MM:
+        if length < (_BASELINE_MM if self._weighted else _PAPER_BASELINE_MM):
             return
         ex = dx - self._mark_dx
         ey = dy - self._mark_dy

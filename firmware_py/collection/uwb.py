@@ -19,6 +19,8 @@ _RESIDUAL_MAX_MM = const(900)
 _TOF_SIGMA_MM = const(100)
 _DEVIATION_MAX_MM = const(800) # a range less accurate than that has no weight
 _SOLUTION_MAX_MM = const(4000) # farther off, the geometry is too poor
+_WEIGHT = const(640000)         # 64 for a range of 100 mm
+_NOISE_CDB = const(50)
 _SEEN_SHIFT = const(3)         # over the last eight reports or so
 _SEEN_MAX_MM = const(2000)
 _TRUSTED = const(3000)         # 29 mm: what dead reckoning is trusted for where the ranges say little
@@ -32,6 +34,9 @@ _GAMMA = const(8)              # 0: ranges by time of flight
 _SPREAD = const(9)             # relative deviation of a range, Q12
 _ALPHA = const(10)             # Q12
 _PRIOR = const(11)             # _TRUSTED, or 0: dead reckoning is not weighed in
+SLACK = const(12)              # mm that the estimate may be off, beside what the range may
+_WORTH = const(13)             # a range's weight times its variance
+_FAR = const(14)               # the deviation beyond which a range has no weight
 
 
 class Uwb:
@@ -51,19 +56,20 @@ class Uwb:
         self.variance_mm2 = 0
         self.reports = 0
         self.outliers = 0
+        self.static = 0        # the ranges' errors are a field of the place
         self._source = 0
         self._anchors = 0
         self._table = None
         self._level_1m = 0
         self._level_min = 0
         self._seen_mm = array("h", bytes(2 * ANCHORS_MAX))
-        self._scope = array("i", bytes(48))
+        self.scope = array("i", bytes(60))
         self.waiting = 0
         self._counted = False  # the present report has made a difference
         self._queue = array("i", bytes(4 * _RECORDS_MAX))  # transmitter << 16 | range in mm, or loss + _LOSS_MAX
 
-    def begin(self, parameters, weighted):
-        scope = self._scope
+    def begin(self, parameters, weighted, filtered=0):
+        scope = self.scope
         scope[_PRIOR] = _TRUSTED if weighted else 0
         self._source = parameters.of("uwb_source")
         self._anchors = parameters.of("anchor_count")
@@ -78,15 +84,19 @@ class Uwb:
         s = sigma * 9431 // gamma           # Q12: ln(10) / 10 * 4096 * 10
         scope[_SPREAD] = s if s > 20 else 20
         scope[_ALPHA] = 4096 - (s * s >> 13) if s < 2048 else 3584
+        # Shadowing beyond a receiver's own noise is a property of the place: averaging does not help against it.
+        self.static = filtered and scope[_GAMMA] and sigma > _NOISE_CDB
+        scope[_WORTH] = 64 * _WEIGHT if self.static else _WEIGHT
+        scope[_FAR] = 30000 if filtered else _DEVIATION_MAX_MM
 
     def clear(self):
         for i in range(5):
-            self._scope[i] = 0
+            self.scope[i] = 0
         self.reports = 0
 
     def shift(self, dx_mm, dy_mm):
         # The estimate has moved by (dx, dy): the reports that count now deviate by so much less.
-        s = self._scope
+        s = self.scope
         s[_X] += dx_mm
         s[_Y] += dy_mm
         if (s[0] + s[2] >> 10) * (abs(dx_mm) + abs(dy_mm)) > 1 << 19:
@@ -102,11 +112,13 @@ class Uwb:
             return
         while self.waiting:
             self.work()  # reports come faster than they are worked off
-        self._scope[_X] = x_mm
-        self._scope[_Y] = y_mm
+        self.scope[_X] = x_mm
+        self.scope[_Y] = y_mm
         self._counted = False
         for i in range(5):
-            self._scope[i] -= self._scope[i] >> _AGE_SHIFT
+            self.scope[i] -= self.scope[i] >> _AGE_SHIFT
+        if abs(self.scope[3]) > 1 << 28 or abs(self.scope[4]) > 1 << 28:
+            self.clear()  # near and exact transmitters that contradict the estimate, all of them
         queue = self._queue
         anchors = self._anchors
         weakest = self._level_min
@@ -129,7 +141,7 @@ class Uwb:
     def work(self):
         n = self.waiting
         self.waiting = n - _RECORDS if n > _RECORDS else 0
-        n = weigh(self._scope, self._queue, self._table, self._seen_mm, self.waiting, n)
+        n = weigh(self.scope, self._queue, self._table, self._seen_mm, self.waiting, n)
         self.outliers = self.outliers + (n >> 8) & 0xFFFF
         if n & 0xFF and not self._counted:
             self._counted = True
@@ -137,7 +149,7 @@ class Uwb:
                 self.reports += 1
 
     def solve(self):
-        scope = self._scope
+        scope = self.scope
         prior = scope[_PRIOR]
         a = scope[0] + prior
         b = scope[1]
@@ -219,11 +231,14 @@ def weigh(scope, queue, table, seen_mm, begin, end):
         i = _GATE_MM + 4 * deviation
         if i > _RESIDUAL_MAX_MM:
             i = _RESIDUAL_MAX_MM
+        i += scope[SLACK]
         if e > i or e < -i:
             told += 256
-        elif likely <= _DEVIATION_MAX_MM:
+        elif likely <= scope[_FAR]:
             # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
-            w = 640000 // (likely * likely) if likely > 25 else 1024  # 64 at 100 mm
+            w = scope[_WORTH] // (likely * likely) if likely > 25 else 1024
+            if w > 1024:
+                w = 1024
             dx = (dx << 6) // expected
             dy = (dy << 6) // expected
             scope[0] += w * dx * dx >> 10

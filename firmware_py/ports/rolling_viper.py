@@ -219,13 +219,14 @@ def weigh(s: ptr32, records: ptr32, of: ptr32, lately: ptr16, begin: int, end: i
                     if i > likely:
                         likely = i
                 i = 120 + 4 * deviation
-                i = i if i < 900 else 900
+                i = (i if i < 900 else 900) + s[12]
                 if e > i or e < 0 - i:
                     told += 256
-                elif likely <= 800:
+                elif likely <= s[14]:
                     w = 1024
                     if likely > 25:
-                        w = 640000 // (likely * likely)
+                        w = s[13] // (likely * likely)
+                        w = w if w < 1024 else 1024
                     dx = (dx << 6) // expected
                     dy = (dy << 6) // expected
                     s[0] = s[0] + (w * dx * dx >> 10)

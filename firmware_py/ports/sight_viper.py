@@ -8,23 +8,20 @@ import micropython
 @micropython.viper
 def look(xs: ptr16, ys: ptr16, flags: ptr8, firsts: ptr16, counts: ptr8, kinds: ptr8, s: ptr32) -> int:
     sign = 1
-    sign = sign << 31  # a 64-bit machine reads 32 bits without their sign: (v ^ sign) - sign gives it back
+    sign <<= 31  # a 64-bit machine reads 32 bits without their sign: (v ^ sign) - sign gives it back
     x = ((s[0] ^ sign) - sign) + 32768
     y = ((s[1] ^ sign) - sign) + 32768
     ux = (s[2] ^ sign) - sign
     uy = (s[3] ^ sign) - sign
     half = s[4]
     chains = s[5]
-    reach = s[7]
-    nearest = reach
+    reach = nearest = s[7]
     met = 0
     which = -1
     c = chains - 1
     while c >= 0 and kinds[c] & 1:
         c -= 1
-    tail = -1
-    if c >= 0 and (half == 0 or kinds[c] & 4):
-        tail = firsts[c] + counts[c] - 1
+    tail = firsts[c] + counts[c] - 1 if c >= 0 and (half == 0 or kinds[c] & 4) else -1
     c = 0
     while c < chains:
         k = firsts[c]
@@ -40,33 +37,25 @@ def look(xs: ptr16, ys: ptr16, flags: ptr8, firsts: ptr16, counts: ptr8, kinds: 
             j = firsts[i] + counts[i] - 1
             if half and (flags[j] & 8 or kinds[i] & 4 == 0):
                 j = -1
-        if j < 0:
-            j = k
+        j = j if j >= 0 else k
         # ptr16 reads without the sign: (v ^ 32768) is v + 32768, and x, y are moved alike.
         was = ((ys[j] ^ 32768) - y) * ux - ((xs[j] ^ 32768) - x) * uy >> 12
         while k < end:
-            dx = (xs[k] ^ 32768) - x
-            dy = (ys[k] ^ 32768) - y
-            across = dy * ux - dx * uy >> 12
+            across = ((ys[k] ^ 32768) - y) * ux - ((xs[k] ^ 32768) - x) * uy >> 12
             if not (across > half and was > half or across <= 0 - half and was <= 0 - half):
-                low = was
-                high = across
-                enter = ((xs[j] ^ 32768) - x) * ux + ((ys[j] ^ 32768) - y) * uy >> 12
-                leave = dx * ux + dy * uy >> 12
-                if low > high:
-                    low = across
-                    high = was
-                    i = enter
-                    enter = leave
-                    leave = i
+                low = was if was < across else across
+                high = was + across - low
+                i = j if was < across else k
+                enter = ((xs[i] ^ 32768) - x) * ux + ((ys[i] ^ 32768) - y) * uy >> 12
+                i = j + k - i
+                leave = ((xs[i] ^ 32768) - x) * ux + ((ys[i] ^ 32768) - y) * uy >> 12
                 shift = 4 if high - low > 11000 else 0
                 run = leave - enter
                 rise = high - low >> shift
-                i = enter
+                if high > half:
+                    leave = enter + run * (half - low >> shift) // rise
                 if low < 0 - half:
                     enter += run * (0 - half - low >> shift) // rise
-                if high > half:
-                    leave = i + run * (half - low >> shift) // rise
                 if enter > leave:
                     i = enter
                     enter = leave
@@ -81,9 +70,7 @@ def look(xs: ptr16, ys: ptr16, flags: ptr8, firsts: ptr16, counts: ptr8, kinds: 
             was = across
             j = k
             k += 1
-        c += 1
-        if met and s[6]:
-            c = chains
+        c = c + 1 if met == 0 or s[6] == 0 else chains
     s[7] = nearest
     s[8] = which
     return met

@@ -9,7 +9,7 @@ COUNT = 1      # records in it, along the ring that FIRST is of (the outline, or
 AREA = 2       # of its free floor, dm2
 X = 3          # middle of its gate, map units, int16; region 0 has none
 Y = 4
-LINES = 5      # long vectors | short ones << 8, for Paper eq. 9
+LINES = 5      # long vectors | short ones << 8: how often a region is to be explored comes from them
 PARENT = 6     # region on the gate's other side | flags << 8
 LEARNED = 7    # change rate | times to explore << 8
 

@@ -76,7 +76,7 @@ def fig6(plan, done, folder):
     groups = {name: finished([done[run] for run in runs]) for name, runs in plan.groups().items()}
     means = {name: {method: [mean(each["stops"]["error_cm"].get(method) or []) for each in runs] for method in METHODS}
              for name, runs in groups.items()}
-    head = ("mean error, cm", *("%s (%d runs)" % (name, len(runs)) for name, runs in groups.items()))
+    head = ("mean error, cm", *("%s (%d run%s)" % (name, len(runs), "s" * (len(runs) != 1)) for name, runs in groups.items()))
     rows = [("the paper's combined method", "5.0", *["-"] * (len(groups) - 1))]
     rows += [(label, *(number(mean(by_method[method])) for by_method in means.values())) for method, label in METHODS.items()]
     notes = missing_peers([done[run] for runs in plan.groups().values() for run in runs])

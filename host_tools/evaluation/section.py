@@ -8,7 +8,7 @@ from host_tools.evaluation.run import Run
 
 # (uwb, odometry); the first is the paper's own premise.
 PRESETS = (("paper", "calibrated"), ("tof", "poor"), ("rssi_real", "poor"))
-FEW = 3        # seeds of what stands beside the main runs
+BESIDE = 5     # one run of another mode or preset for so many main ones
 NINE = 9       # runs of Fig. 6
 METHODS = {"estimate": "this core", "paper_rule": "paper's rule", "ekf": "EKF (filterpy)", "ukf": "UKF (filterpy)",
            "batch": "batch optimum (gtsam)", "uwb_only": "UWB alone", "dead_reckoning": "dead reckoning"}
@@ -26,7 +26,9 @@ class Plan:
         return [Run(self.home, seed=seed, peers=i < NINE) for i, seed in enumerate(self.seeds)]
 
     def beside(self, mode="improved", preset=PRESETS[0]):
-        return [Run(self.home, mode, *preset, seed=seed) for seed in self.seeds[:FEW]]
+        """Runs of another mode or preset. Mode paper drives the same way: its peers would tell the same once more."""
+        few = max(1, len(self.seeds) // BESIDE)
+        return [Run(self.home, mode, *preset, seed=seed, peers=mode == "improved") for seed in self.seeds[:few]]
 
     def groups(self):
         """{what a column is called: its runs}"""

@@ -18,13 +18,13 @@ from host_tools.export import geojson, whole_file, write_result
 from host_tools.mission_log import LogError, read_mission
 from host_tools.mission_run import run_mission
 from host_tools.peers import batch, kalman, occupancy
+from host_tools.peers.odometry_steps import events
 from host_tools.processes import signals_as_interrupt
 from host_tools.score import HomeTruth
 from sim_device.home import load_home
 
-MAX_ROBOT_S = "36000"
+MAX_ROBOT_S = "400000"
 TRACK_EACH = 5  # of the poses, one each 0.1 s
-PEERS = {"ekf": (kalman.extended, "filterpy"), "ukf": (kalman.unscented, "filterpy"), "batch": (batch.optimum, "gtsam")}
 
 
 def main(folder):
@@ -63,6 +63,8 @@ def measured(run, scratch, folder):
     truth = HomeTruth(home)
     vector_map, _ = scoring.mission_map(mission)
     result = scoring.evaluate(scoring.empty_result(home.name, vars(args)), mission, truth, vector_map, outcome.end, len(home.rooms))
+    if not result["finished"] and result["reason"] in ("", "running"):
+        result["reason"] = outcome.sentence or outcome.end.get("reason") or "ended before the mission did"
     if vector_map is not None:
         with whole_file(os.path.join(folder, "map.bin")) as beside, open(beside, "wb") as file:
             file.write(mission.map_bytes)
@@ -82,13 +84,8 @@ def _track(mission):
 def _peers(run, mission, truth):
     rows, estimate, actual = scoring.stops(mission, run.seed)
     errors = scoring.stop_errors(mission, rows, estimate, actual)
-    missing = {}
-    for name, (track, library) in PEERS.items() if run.peers and len(rows) else ():
-        try:
-            xy = track(mission, rows)
-        except ImportError:
-            missing[name] = library
-            continue
+    tracks, missing = _tracks(mission, rows) if run.peers and len(rows) else ({}, {})
+    for name, xy in tracks.items():
         errors[name] = np.hypot(xy[:, 0] - actual[:, 0], xy[:, 1] - actual[:, 1])
     speed_m_s, turn_rad_s = mission.parameter("speed_max") / 1000, mission.parameter("turn_max") / 1000
     grid = occupancy.scores(occupancy.built(mission, truth.free.bounds), truth) if run.peers else None
@@ -96,6 +93,23 @@ def _peers(run, mission, truth):
         grid["robot_s"] = occupancy.sweep_s(truth, speed_m_s, turn_rad_s)
     return {"stops": {"true_xy": actual.tolist(), "error_cm": {name: _centimetres(each) for name, each in errors.items()}},
             "missing": missing, "grid": grid}
+
+
+def _tracks(mission, rows):
+    """({method: (len(rows), 2) positions}, {method: the library that it lacks})"""
+    every, _ = events(mission, rows)
+    tracks, missing = {}, {}
+    for name, library, track in (
+            ("ekf", "filterpy", lambda: kalman.extended(mission, every)),  # everywhere: the optimum starts from there
+            ("ukf", "filterpy", lambda: kalman.unscented(mission, rows)),
+            ("batch", "gtsam", lambda: batch.optimum(mission, rows, tracks.get("ekf")))):
+        try:
+            tracks[name] = track()
+        except ImportError:
+            missing[name] = library
+    if "ekf" in tracks:
+        tracks["ekf"] = tracks["ekf"][np.searchsorted(every, rows)]
+    return tracks, missing
 
 
 def _centimetres(error_m):

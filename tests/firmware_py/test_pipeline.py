@@ -20,7 +20,8 @@ def test_the_numbers_that_the_core_repeats_are_the_protocols():
     for name in ("CLOSED", "NO_WALL", "STORE_FULL", "STUCK", "TOO_LONG"):
         assert getattr(pipeline, f"_REASON_{name}") == getattr(states, f"REASON_{name}"), name
     assert states.DEGRADED == ("vectors", "chains") and (pipeline.DEGRADED_VECTORS, pipeline.DEGRADED_CHAINS) == (1, 2)
-    bits = ["_MIDPOINT", "_WALL_OFFSET", "_CORNERS", "_SPREAD", "_DISTANCE_FIXES", "_WEIGHTED", "_EQ1_LITERAL"]
+    bits = ["_MIDPOINT", "_WALL_OFFSET", "_CORNERS", "_SPREAD", "_DISTANCE_FIXES", "_WEIGHTED", "_EQ1_LITERAL",
+            "_FILTER", "_CALIBRATE", "_MANHATTAN"]
     assert [getattr(pipeline, bit) for bit in bits] == [1 << i for i in range(len(parameters.FLAGS))]
     assert parameters.PARAMETERS[NUMBERS["flags"]][5] == sum(flag[1] << i for i, flag in enumerate(parameters.FLAGS))
     assert ANCHORS_MAX == parameters.ANCHORS_MAX

@@ -1,0 +1,177 @@
+# Turning nodes and the shortest way over them, against networkx: random graphs, generated floors, the shipped homes.
+
+import math
+
+import networkx as nx
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from shapely import LineString, Point, Polygon
+
+from tests.firmware_py.floor_plans import UNIT_M, Floor, graph_module, path_module, rooms_in_a_row, varied, work
+from tests.firmware_py.test_partition import SHIPPED, plan
+
+WIDTHS = st.lists(st.floats(1.6, 5), min_size=2, max_size=6)
+SEED = st.integers(0, 99)
+
+
+@settings(deadline=None, max_examples=25)
+@given(WIDTHS, st.floats(0.65, 1.05), SEED)
+def test_all_rooms_are_joined_and_no_edge_meets_a_wall(widths, door_m, seed):
+    outline, centres = rooms_in_a_row(widths, door_m)
+    outline, _, _ = varied(seed, 0.01, outline, [], centres)
+    floor = Floor(outline).build()
+    nodes, edges = floor.nodes(), floor.edges()
+    graph = nx.Graph([edge[:2] for edge in edges])
+    graph.add_nodes_from(range(len(nodes)))
+    assert nx.is_connected(graph) and len(nodes) >= len(widths) - 1 and not floor.graph.lost
+    walls = LineString([*outline, outline[0]])
+    for a, b, region, cost in edges:
+        way = LineString([[c * UNIT_M for c in nodes[n]] for n in (a, b)])
+        assert a < b and walls.distance(way) >= 0.165 and cost - 2 <= 100 * way.length <= cost
+        x, y = ((nodes[a][k] + (nodes[b][k] - nodes[a][k]) // 2) for k in (0, 1))
+        assert region == floor.partition.region_of(x, y)
+
+
+@settings(deadline=None, max_examples=25)
+@given(WIDTHS, st.floats(0.65, 1.05), SEED)
+def test_the_first_nodes_are_the_middles_of_the_gates(widths, door_m, seed):
+    outline, _, _ = varied(seed, 0.01, rooms_in_a_row(widths, door_m)[0], [], [])
+    floor = Floor(outline).build()
+    g = floor.graph
+    for r in range(1, g.region_count):
+        gate = [g.at(g.regions, 8 * r + place) for place in (graph_module.X, graph_module.Y)]
+        assert tuple(gate) == floor.nodes()[r - 1]
+
+
+def shortest_cm(floor, a, b):
+    """By networkx, over the floor's nodes, its edges, and what both ends see of them."""
+    graph = nx.Graph()
+    graph.add_weighted_edges_from((n, m, cost) for n, m, _, cost in floor.edges())
+    graph.add_nodes_from(["a", "b"])
+    straight = floor.way_cm(a, b)
+    if straight is not None:
+        graph.add_edge("a", "b", weight=straight)
+    for n, place in enumerate(floor.nodes()):
+        for name, end in (("a", a), ("b", b)):
+            cost = floor.way_cm(place, end)
+            if cost is None and floor.topology.aside(n, *end):
+                point = floor.topology.aside_x, floor.topology.aside_y
+                parts = floor.way_cm(place, point), floor.way_cm(point, end)
+                cost = None if None in parts else sum(parts)
+            if cost is not None:
+                graph.add_edge(name, n, weight=cost)
+    return nx.shortest_path_length(graph, "a", "b", "weight") if nx.has_path(graph, "a", "b") else None
+
+
+def found(floor, a, b):
+    """-> (cm or None, places passed)"""
+    path = path_module.Path(floor.sight, floor.graph, floor.topology)
+    path.begin(*a, *b)
+    work(path)
+    if path.length_cm == path_module.NOWHERE:
+        return None, []
+    places, n = [a], path.first
+    if path.first_aside:
+        places.append(before(floor, n, a))
+    while n != path_module.GOAL:
+        places.append(floor.nodes()[n])
+        if path.after(n) == path_module.GOAL and path.last_aside(n):
+            places.append(before(floor, n, b))
+        n = path.after(n)
+    return path.length_cm, [*places, b]
+
+
+def before(floor, n, place):
+    assert floor.topology.aside(n, *place)
+    return floor.topology.aside_x, floor.topology.aside_y
+
+
+def expect_the_shortest_way(floor, a, b):
+    length, places = found(floor, a, b)
+    assert length == shortest_cm(floor, a, b)
+    if length is not None:
+        # the same way back may be blocked by a rounding
+        legs = [floor.way_cm(*leg) or floor.way_cm(*leg[::-1]) for leg in zip(places, places[1:], strict=False)]
+        assert None not in legs and sum(legs) == length
+    return length
+
+
+@st.composite
+def floors(draw):
+    widths = draw(WIDTHS)
+    outline, centres = rooms_in_a_row(widths, draw(st.floats(0.65, 1.05)))
+    tables = [[(x - 0.3, y - 0.2), (x + 0.3, y - 0.2), (x + 0.3, y + 0.2), (x - 0.3, y + 0.2)] for x, y in centres if draw(st.booleans())]
+    outline, tables, _ = varied(draw(SEED), 0.01, outline, tables, [])
+    return outline, tables, draw(st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1)), min_size=6, max_size=12))
+
+
+@settings(deadline=None, max_examples=25)
+@given(floors())
+def test_the_way_found_is_the_shortest(story):
+    outline, tables, shares = story
+    floor = Floor(outline, tables).build()
+    free = Polygon(outline, tables).buffer(-0.19)
+    x0, y0, x1, y1 = free.bounds
+    places = [(x0 + p * (x1 - x0), y0 + q * (y1 - y0)) for p, q in shares]
+    places = [(round(x / UNIT_M), round(y / UNIT_M)) for x, y in places if free.contains(Point(x, y))]
+    assume(len(places) > 1)
+    for a, b in zip(places, places[1:], strict=False):
+        assert expect_the_shortest_way(floor, a, b) is not None
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.lists(st.tuples(st.integers(0, 400), st.integers(0, 400)), min_size=4, max_size=20, unique=True),
+       st.lists(st.tuples(st.integers(0, 63), st.integers(0, 63), st.integers(1, 300)), max_size=128))
+def test_on_any_graph_the_way_is_the_shortest(places, links):
+    # Costs longer than the straight way, as a search may meet them; only the first and the last place see the ends.
+    hall = [(-1, -1), (21, -1), (21, 9), (-1, 9)]
+    floor = Floor(hall, [[(x, -0.5), (x + 0.1, -0.5), (x + 0.1, 8.5), (x, 8.5)] for x in (4.0, 16.0)])
+    g = floor.graph
+    nodes = [(1000 + x * 3, 200 + y * 3) for x, y in places]
+    nodes[0], nodes[-1] = (200, -150), (3800, -150)
+    for k, (x, y) in enumerate(nodes):
+        g.nodes[3 * k], g.nodes[3 * k + 1] = x, y & 0xFFFF
+    chosen = {}
+    for a, b, extra in links:
+        a, b = sorted((a % len(nodes), b % len(nodes)))
+        if a != b:
+            chosen[a, b] = math.ceil(math.dist(nodes[a], nodes[b]) / 2) + extra
+    for (a, b), cost in sorted(chosen.items()):
+        if not g.nodes[3 * a + 2] >> 8:
+            g.nodes[3 * a + 2] = g.edge_count
+        g.nodes[3 * a + 2] += 256
+        g.edges[2 * g.edge_count], g.edges[2 * g.edge_count + 1] = b, cost
+        g.edge_count += 1
+    g.node_count = len(nodes)
+    ends = (100, 600), (3900, 600)
+    length, passed = found(floor, *ends)
+    assert length == shortest_cm(floor, *ends)
+
+
+@pytest.mark.parametrize("name", ["studio", "flat", "slanted_house"])
+def test_in_a_shipped_home_every_place_is_reached(name):
+    outline, barriers, centres = plan(SHIPPED / (name + ".json"))
+    floor = Floor(outline, barriers).build()
+    free = Polygon(outline, barriers).buffer(-0.2)
+    rooms = [free.buffer(-0.15).intersection(Point(centre).buffer(1.2)).representative_point() for centre in centres]
+    places = [(round(p.x / UNIT_M), round(p.y / UNIT_M)) for p in rooms]
+    for a in places:
+        for b in places:
+            assert expect_the_shortest_way(floor, a, b) is not None
+
+
+def test_behind_a_wall_there_is_no_way():
+    floor = Floor([(0, 0), (6, 0), (6, 4), (0, 4)], [[(2, 1), (4, 1), (4, 3), (2, 3)]]).build()
+    assert found(floor, (100, 100), (600, 400))[0] is None  # the goal lies within the barrier
+
+
+def test_too_many_corners_leave_what_fits_and_count():
+    # A comb: each bay is seen from itself alone.
+    outline = [(0, 0), (90, 0)]
+    for k in range(75):
+        x = 90 - 1.2 * k
+        outline += [(x, 4), (x - 0.8, 4), (x - 0.8, 1), (x - 0.4 - 0.8 + 0.01, 1)] if k % 2 == 0 else [(x, 1), (x - 0.01, 4)]
+    floor = Floor([*outline, (0, 4)]).build()
+    g = floor.graph
+    assert g.node_count <= 64 and g.edge_count <= 128 and g.ready
