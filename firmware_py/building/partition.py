@@ -9,7 +9,7 @@ _ROOM_MIN = const(165)       # dm2
 _OPEN = const(33)            # 32nds of the gate's width must fit into the rooms if a wall ends at it,
 _PLAIN = const(40)           # so many if none does
 _SHORTEST = const(10)        # map units: at a shorter vector no square is tried
-_WORK = const(2400)          # a tick; a piece costs as much as 300 vectors, and the vectors
+_WORK = const(3600)          # a tick; a piece costs as much as 300 vectors, and the vectors
 # phases
 _COLLECT = const(0)
 _CHOOSE = const(1)

@@ -64,8 +64,10 @@ class Rings:
         return n % size + 1
 
     def turn(self, i):
-        # How far the ring turns left at record i.
-        return wrap(self.polar(i, 1) - 32768 - self.polar(i, -1))
+        # How far the ring turns left at record i; not at all where two records are one place.
+        on = self.polar(i, 1)
+        back = self.polar(i, -1)
+        return wrap(on - 32768 - back) if on > 65535 and back > 65535 else 0
 
     def polar(self, i, way):
         # From record i to the one beside it: distance << 16 | bearing.

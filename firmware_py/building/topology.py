@@ -10,9 +10,9 @@ _ROOM = const(26)            # half a square that must be free around it
 _FAR = const(32700)          # the border of the map
 _SPARE = const(12)           # nodes that those before walls leave to those that join
 _BEFORE = const(70)          # 0.35 m before a gate
-_WORK = const(3200)          # a tick; a look costs as much as 400 vectors, and the vectors
+_WORK = const(5000)          # a tick; a look costs as much as 400 vectors, and the vectors
 _WALL = const(100)           # 0.5 m: the place before a wall as long is to be seen by a node
-_PASSES = const(3)           # over the records: off the corners, off the walls; then off all corners if not all nodes are joined
+_PASSES = const(2)           # over the records: off the corners, off the walls; then off all corners if not all nodes are joined
 
 # phases
 _GATES = const(0)
@@ -72,8 +72,9 @@ class Topology:
             if self._phase == _PAIRS:
                 self._pair()
             elif self._n < 0:
-                n -= 2
                 self._next_place()
+                if self._n >= 0:
+                    n -= 2  # it looked for room
             else:
                 self._look()
             if g.edge_count > edges:
@@ -143,9 +144,9 @@ class Topology:
         g = self._g
         labels = self._labels
         known = self._new if self._new >= 0 else self._last
-        known = labels[known] if known >= 0 else 255
+        known = labels[known] if known >= 0 else 255 if self._passes < 2 else labels[0]
         k = n = self._n
-        if known < 255 and self._parts == 1:
+        if self._parts == 1 and known < 255:
             k = g.node_count
         while k < g.node_count:
             n = self._likely if k == 0 else 0 if k == self._likely else k  # first the one that the place before saw
@@ -165,6 +166,8 @@ class Topology:
                 self._join(n)
             elif self._last < 0:
                 self._last = n
+                if self._passes > 1:
+                    self._n = 0  # first came those that are not joined with node 0
             else:
                 self._stand()
                 if self._new < 0:

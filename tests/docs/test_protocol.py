@@ -69,8 +69,9 @@ def test_the_map_is_laid_out_as_the_page_says():
     told = layouts()
     core = drive_mission("studio").core
     image = bytes(core.image.byte(i) for i in range(core.image.size))
-    magic, vertices, chains, *rest = told["header"].unpack_from(image)
-    assert (magic, vertices, chains, rest) == (b"TVM1", core.vectors.used, core.vectors.chains, [0, 0, 0, 0])
+    magic, vertices, chains, regions, nodes, edges, rest = told["header"].unpack_from(image)
+    assert (magic, vertices, chains, rest) == (b"TVM1", core.vectors.used, core.vectors.chains, 0)
+    assert (regions, nodes, edges) == (core.graph.region_count, core.graph.node_count, core.graph.edge_count) and regions == 2
     at = told["header"].size
     for i in range(vertices):
         store = core.vectors
@@ -79,6 +80,12 @@ def test_the_map_is_laid_out_as_the_page_says():
     for c in range(chains):
         assert told["chain"].unpack_from(image, at) == (core.vectors.firsts[c], core.vectors.counts[c], core.vectors.kinds[c])
         at += told["chain"].size
+    graph = core.graph
+    for name, count, table in (("region", regions, graph.regions), ("node", nodes, graph.nodes), ("edge", edges, graph.edges)):
+        for i in range(count):
+            size = told[name].size
+            assert told[name].unpack_from(image, at) == told[name].unpack_from(table, size * i)
+            at += size
     assert told["end"].unpack_from(image, at)[0] == zlib.crc32(image[:-4]) and at + told["end"].size == len(image)
     assert (core.image.crc[0], core.image.crc[1]) == (zlib.crc32(image[:-4]) & 0xFFFF, zlib.crc32(image[:-4]) >> 16)
 

@@ -5,9 +5,10 @@ import random
 
 from tests.firmware_py.watched import watched
 
-storage, graph_module, sight_module, partition_module, topology_module, path_module = watched(
+storage, graph_module, sight_module, partition_module, topology_module, path_module, image_module = watched(
     "firmware_py.storage.vector_store", "firmware_py.storage.region_graph", "firmware_py.building.sight",
     "firmware_py.building.partition", "firmware_py.building.topology", "firmware_py.building.path",
+    "firmware_py.storage.map_image",
 )
 UNIT_M = 0.005
 

@@ -8,7 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 
-from tests.firmware_py.floor_plans import UNIT_M, Floor, graph_module, path_module, rooms_in_a_row, varied, work
+from host_tools.map_file import decode_map
+from tests.firmware_py.floor_plans import UNIT_M, Floor, graph_module, image_module, path_module, rooms_in_a_row, varied, work
 from tests.firmware_py.test_partition import SHIPPED, plan
 
 WIDTHS = st.lists(st.floats(1.6, 5), min_size=2, max_size=6)
@@ -175,3 +176,34 @@ def test_too_many_corners_leave_what_fits_and_count():
     floor = Floor([*outline, (0, 4)]).build()
     g = floor.graph
     assert g.node_count <= 64 and g.edge_count <= 128 and g.ready
+
+
+def test_the_map_goes_out_with_its_regions_and_ways_once_they_are_ready():
+    outline, centres = rooms_in_a_row([3, 4, 2], 0.8)
+    table = [(4, 1), (5, 1), (5, 2), (4, 2)]
+    floor = Floor(outline, [table])
+    plain = decoded(floor)
+    assert (plain.regions, plain.nodes, plain.edges) == (0, 0, 0) and len(plain.chains) == 2
+    floor.partition.begin()
+    floor.partition.step()
+    assert decoded(floor).regions == 0
+    whole = decoded(floor.build())
+    g = floor.graph
+    assert (whole.regions, whole.nodes, whole.edges) == (3, g.node_count, g.edge_count)
+    for region in whole.region_list:
+        here = [floor.region_of(*centre) == region.number for centre in centres]
+        assert [region.polygon.contains(Point(centre)) for centre in centres] == here and sum(here) == 1
+        tables = Polygon(table).intersection(region.polygon).area
+        assert region.area_m2 == pytest.approx(region.polygon.area - tables, abs=0.03)
+        assert (region.gate is None) == (region.number == 0)
+        if region.gate:
+            assert math.dist(*region.gate) == pytest.approx(0.8, abs=0.02)
+    assert [(round(x / UNIT_M), round(y / UNIT_M)) for x, y in whole.node_list] == floor.nodes()
+    assert [(*e.nodes, e.region, e.cost_cm) for e in whole.edge_list] == floor.edges()
+
+
+def decoded(floor):
+    image = image_module.MapImage(floor.store, floor.graph)
+    image.begin()
+    image.step(image.size)
+    return decode_map(bytes(image.byte(i) for i in range(image.size)))

@@ -7,8 +7,9 @@ import pytest
 from host_tools.map_file import decode_map
 from tests.firmware_py.watched import watched
 
-vector_store, frame_module, walls_module, map_image = watched(
-    "firmware_py.storage.vector_store", "firmware_py.storage.frame", "firmware_py.building.walls", "firmware_py.storage.map_image"
+vector_store, frame_module, walls_module, map_image, region_graph = watched(
+    "firmware_py.storage.vector_store", "firmware_py.storage.frame", "firmware_py.building.walls", "firmware_py.storage.map_image",
+    "firmware_py.storage.region_graph"
 )
 CONCAVE, LONG, CHAIN_END = vector_store.CONCAVE, vector_store.LONG, vector_store.CHAIN_END
 
@@ -142,7 +143,7 @@ def test_split_ends_what_was_before():
 
 
 def decoded(store):
-    image = map_image.MapImage(store)
+    image = map_image.MapImage(store, region_graph.RegionGraph())
     image.begin()
     image.step(image.size)
     return decode_map(bytes(image.byte(i) for i in range(image.size))).chains
