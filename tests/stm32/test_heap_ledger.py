@@ -7,6 +7,7 @@ import pytest
 from host_tools import budget, cli, heap_ledger, heap_search
 from host_tools.heap_ledger import Ledger
 from host_tools.heap_search import STEP_BYTES, DoesNotFit, smallest_that_boots
+from tests.docs.pages import rows
 from tests.host_tools.test_hil_mission import SMALL
 from tests.stm32.test_mission import HEAP, MISSION
 
@@ -74,6 +75,14 @@ def test_flash_and_ram_stand_beside_it(told):
     assert told["memory"]["static_ram_bytes"] > 500 and 500 < told["memory"]["stack_peak_bytes"] < 10 << 10
     text = "\n".join(heap_ledger.report(told) + budget.heap_lines(told))
     assert "{:,}".format(told["ledger"]["sum"]) in text and "objects of VectorStore" in text and "Of it code" not in text
+
+
+def test_the_page_has_the_figures(told):
+    ledger, page_rows = told["ledger"], {name: int(size) for name, size in rows("docs/memory.md", "part of the heap")}
+    for size, name in ((ledger["vm"], "the VM"), (sum(ledger["files"].values()), "names, functions"),
+                       (sum(ledger["objects"].values()), "objects"), (ledger["others"], "buffer")):
+        written = next(size for row, size in page_rows.items() if row.startswith(name))
+        assert written == pytest.approx(size, rel=0.06, abs=100), "docs/memory.md, On the stm32: %s take %d bytes" % (name, size)
 
 
 # --- the search ---
