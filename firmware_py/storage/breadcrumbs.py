@@ -8,6 +8,7 @@ _SPACING_MM = const(250)
 _LOOK = const(4)               # crumbs compared a tick: each of 128 comes round in 0.64 s = 19 cm
 _HEADING_BAM = const(3641)     # 20 degrees
 _TURN_BAM = const(7282)        # 40 degrees of a whole turn
+_REACH_MM = const(400)         # less than a door is wide: a room off a corridor winds +360 degrees from jamb to jamb
 _OUTLINE_MM = const(4000)
 _ISLAND_MM = const(1200)       # a chair leg is 1.6 m round
 
@@ -59,6 +60,8 @@ class Breadcrumbs:
         if far_mm >= self.used * self._spacing_mm:
             self._drop(x_mm, y_mm, heading_bam, turn, vectors)
         reach_mm = self._spacing_mm * 6 // 10  # along the way a crumb may be half a spacing off
+        if reach_mm > _REACH_MM:
+            reach_mm = _REACH_MM
         if reach_mm < tolerance_mm:
             reach_mm = tolerance_mm
         self.reach_mm = reach_mm
