@@ -12,11 +12,12 @@ from host_tools import core_process
 from host_tools.core_process import CoreError
 from host_tools.differences import at_the_end
 from host_tools.finding import Finding, difference_table
+from host_tools.hil_options import UsageError
 from host_tools.mission import hashes
 from host_tools.processes import signals_as_interrupt
 from host_tools.progress import Progress
 from host_tools.recording import LogUnusable, Recording
-from host_tools.replay import EXIT_DIFFERENT, EXIT_EQUAL, EXIT_USAGE, hash_text, lead, speed, speed_text, write_json
+from host_tools.replay import EXIT_DIFFERENT, EXIT_EQUAL, EXIT_USAGE, check_json, hash_text, lead, log_rows, speed, speed_text, write_json
 from host_tools.side_by_side import SideBySide
 
 
@@ -37,11 +38,12 @@ def target_list(text):
 
 def run(args):
     try:
+        check_json(args.json, args.log)
         recording = Recording(args.log)
         with signals_as_interrupt(), contextlib.ExitStack() as cores:
             ports = {name: cores.enter_context(_core(target, args)) for name, target in named(args.targets).items()}
             result, lines = bisect(recording, ports, Progress())
-    except LogUnusable as error:
+    except (UsageError, LogUnusable) as error:
         print("bisect: %s" % error, file=sys.stderr)
         return EXIT_USAGE
     except CoreError as error:
@@ -63,7 +65,7 @@ def _core(target, args):
     """--heap and --link are the emulated part's, where there is one among the targets."""
     emulated = "stm32" in args.targets
     heap = args.heap if not emulated or target == "stm32" else None
-    return core_process.running_core(target, heap, args.link if target == "stm32" or not emulated else None)
+    return core_process.running_core(target, heap, args.link if target == "stm32" or not emulated else None, anew=True)
 
 
 def bisect(recording, ports, progress):
@@ -87,8 +89,7 @@ def bisect(recording, ports, progress):
 def _lines(result, recording, finding, end):
     rows = [("replayed", "%s on %s side by side" % (result["log"], ", ".join(result["targets"]))), ("", speed_text(result))]
     rows += [("hash", "%s   %s" % (hash_text(hash_), name)) for name, hash_ in result["hash"].items()]
-    if recording.damage:
-        rows.append(("damaged log", "%s; replayed up to there" % recording.damage))
+    rows += [] if finding else log_rows(recording, result["steps"])
     if finding is None and end is None:
         rows.append(("result", "no difference in %d answers, %d messages of telemetry and the map" % (
             result["steps"], result["telemetry_messages"])))

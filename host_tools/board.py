@@ -12,13 +12,16 @@ import zlib
 
 import serial
 
+from host_tools.core_session import BOOT_S
+from host_tools.terminal_port import STOP
 from protocol.host_link import HostLink
 
 ANSWER_S = 4.0
-BOOT_S = 15.0       # a small board compiles nothing, but loads forty files
+ENTER_S = 8.0       # to stop what runs there and to be answered by the REPL
+WORK_S = 60.0       # for a file, or all digests, on a slow flash
 CHUNK_BYTES = 512   # of a file at once: as text it is up to four times as long, and lies in the board's heap
-STOP = b"\r\x03"    # Ctrl-C; our own core ends on just that (firmware_py/ports/machine.py)
 ENOSPC, EROFS = 28, 30
+NO_MICROPYTHON = "press its reset button, close what else uses the port, and make sure that it is the board's."
 
 # Runs on the board: prints (path, size, digest) of each file below the folders asked for, size -1 for a folder.
 # The digest is sha256 as text, else crc32 as a number, else None: not every board has the first, or even the second.
@@ -67,6 +70,14 @@ def w(p):
 class BoardError(Exception):
     """One sentence about the board, to be put behind its port's name: what is wrong, and the way out."""
 
+    code = 3
+
+
+class PortMissing(BoardError):
+    """There is no board at the port asked for: bad arguments."""
+
+    code = 2
+
 
 # One board, its program stopped and its REPL ours from __enter__ on. Every method raises BoardError, with the cause,
 # where the board does not do what it should, or does not answer in time.
@@ -86,7 +97,7 @@ class Board:
         with self._asking():
             self._transport = SerialTransport(self.device, timeout=ANSWER_S)
         try:
-            with self._asking():
+            with self._asking(ENTER_S):
                 self._transport.serial.write_timeout = ANSWER_S
                 self._enter()
                 self.machine, self.mpy = self._ask("import sys\nprint((getattr(sys.implementation, '_machine', sys.platform), "
@@ -181,23 +192,41 @@ class Board:
         return _literal(self._transport.exec(code).decode())
 
     @contextlib.contextmanager
-    def _asking(self):
+    def _asking(self, seconds=WORK_S):
         """mpremote's failures as sentences. It prints what it could not make sense of: not to our stdout."""
         from mpremote.transport import TransportError, TransportExecError
         try:
-            with contextlib.redirect_stdout(io.StringIO()):
+            with contextlib.redirect_stdout(io.StringIO()), self._at_most(seconds):
                 yield
         except TransportExecError as error:
             said = error.error_output.strip().splitlines()
             raise BoardError("it ended a question with %s." % (said[-1] if said else "an error without a word")) from None
         except (TransportError, struct.error, ValueError, termios.error, serial.SerialTimeoutException):
-            raise BoardError("it does not answer as a MicroPython does; press its reset button, close what else uses the port, "
-                             "and make sure that it is the board's.") from None
+            raise BoardError("it does not answer as a MicroPython does; " + NO_MICROPYTHON) from None
         except OSError as error:
             if isinstance(error, serial.SerialException) or not os.path.exists(self.device):
                 raise BoardError("it was unplugged while in use; plug it in again and repeat the command, which goes on where it "
                                  "was.") from None
             raise BoardError(_file_error(error)) from None
+
+    @contextlib.contextmanager
+    def _at_most(self, seconds):
+        """mpremote goes on reading for as long as bytes come: another baud rate's, say, without end."""
+        if self._transport is None:
+            yield
+            return
+        port, limit = self._transport.serial, time.monotonic() + seconds
+
+        def read(size=1):
+            if time.monotonic() > limit:
+                raise BoardError("it talks on without an answer; " + NO_MICROPYTHON)
+            return type(port).read(port, size)
+
+        port.read = read
+        try:
+            yield
+        finally:
+            del port.read
 
 
 def _literal(text):
@@ -209,15 +238,15 @@ def _literal(text):
 
 def _check(device):
     if not os.path.exists(device):
-        raise BoardError("there is no such port; plug the board in, or give the port that it has.")
+        raise PortMissing("there is no such port; plug the board in, or give the port that it has.")
     try:
         fd = os.open(device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     except OSError as error:
-        raise BoardError("the port cannot be opened (%s); close what else uses it, or let yourself into the group that may."
+        raise PortMissing("the port cannot be opened (%s); close what else uses it, or let yourself into the group that may."
                          % (error.strerror or str(error)).lower()) from None
     with os.fdopen(fd, "rb", buffering=0):
         if not os.isatty(fd):
-            raise BoardError("this is not a terminal; give a serial port.")
+            raise PortMissing("this is not a terminal; give a serial port.")
 
 
 def _file_error(error):

@@ -14,7 +14,7 @@ START = "from firmware_py.main_board import main\n\nmain()\n"
 
 
 def run(device, main_path=None, start=True):
-    """The exit code: 0 done, 2 for what is wrong with the arguments, 3 for the board."""
+    """The exit code: 0 done, 2 for what is wrong with the arguments, no board at the port among it, 3 for the board."""
     try:
         main = (MARK + (Path(main_path).read_text(encoding="utf-8") if main_path else START)).encode()
     except (OSError, UnicodeDecodeError) as error:
@@ -32,7 +32,7 @@ def run(device, main_path=None, start=True):
                 _report(device, board.restart())
     except BoardError as error:
         print("flash: %s: %s" % (device, error), file=sys.stderr)
-        return 3
+        return error.code
     return 0
 
 

@@ -5,13 +5,13 @@ store); nothing is computed from our own constants. Beside it stands what the
 paper's map alone needs.
 """
 
-import json
 import sys
 
 from host_tools import core_process, heap_ledger, heap_search
 from host_tools.core_process import CoreError
 from host_tools.core_session import CoreSession
 from host_tools.hil_options import UsageError
+from host_tools.replay import check_json, write_json
 from protocol.messages import BY_NAME
 
 PAPER_BYTES = 28200     # Paper Table 2: the topological-vector map of 458 vectors takes 28.2 KB
@@ -31,6 +31,7 @@ def add_arguments(parser):
 
 def run(args):
     try:
+        check_json(args.json)
         figures = _searched(args) if args.search else _measured(args)
     except heap_search.DoesNotFit as error:
         print("budget: %s" % error, file=sys.stderr)
@@ -38,15 +39,7 @@ def run(args):
     except (CoreError, UsageError) as error:
         print("budget: %s" % error, file=sys.stderr)
         return getattr(error, "code", EXIT_USAGE)
-    if args.json is not None:
-        try:
-            with open(args.json, "w", encoding="utf-8") as file:
-                json.dump(figures, file, indent=1)
-                file.write("\n")
-        except OSError as error:
-            print("budget: %s cannot be written: %s." % (args.json, (error.strerror or str(error)).lower()), file=sys.stderr)
-            return EXIT_USAGE
-    return EXIT_OK
+    return EXIT_OK if write_json("budget", args.json, figures) else EXIT_USAGE
 
 
 def _measured(args):

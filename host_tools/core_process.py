@@ -90,7 +90,8 @@ def command(target, heap, path):
 
 
 @contextlib.contextmanager
-def running_core(target, heap=None, link=None):
+def running_core(target, heap=None, link=None, anew=False):
+    """`anew`: for a mission, of which a core has one in a life; one on a board is started once more."""
     if link == "semihost" and target != "stm32":
         raise TargetError("--link semihost is the emulator's: it goes with --target stm32; leave it out.")
     heap = heap or DEFAULT_HEAPS.get(target, DEFAULT_HEAP)
@@ -105,6 +106,11 @@ def running_core(target, heap=None, link=None):
         except PortError as error:
             raise TargetError(str(error)) from None
         with port:
+            if anew:
+                try:
+                    port.start_anew()
+                except PortError as error:
+                    raise CoreError(str(error)) from None
             yield port
         return
     master, slave = private_pty()

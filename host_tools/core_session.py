@@ -15,7 +15,7 @@ from protocol.messages import BY_NAME
 IDENTIFY = BY_NAME["IDENTIFY"]
 REPEAT_S = 0.2
 DEAD_S = 3.0
-BOOT_S = 10.0       # a VM start on a loaded machine
+BOOT_S = 15.0       # a small board loads 53 files; a VM starts on a loaded machine
 
 
 class CoreSession:

@@ -1,11 +1,12 @@
 """A core on the emulated STM32 for a tool: booted, joined by semihosting or its USART, and ended.
 
-`with emulated_core("64k", "semihost") as port:` yields the TerminalPort on which it speaks; `port.child` is the Emulator.
+`with emulated_core("27k", "semihost") as port:` yields the TerminalPort on which it speaks; `port.child` is the Emulator.
 """
 
 import contextlib
 import os
 import sys
+import tempfile
 
 from host_tools.core_process import CoreError, MasterPort, TargetError, private_pty
 from host_tools.hil_options import STM32_HEAP_MAX, UsageError, heap_bytes
@@ -45,8 +46,11 @@ def _emulator(children, heap, usart):
 # There, when this is closed, the core ends, and another one may be started on the same emulator.
 class EmulatedPort(MasterPort):
     def start_core(self, emulator, script=SCRIPT):
-        emulator.start_core(USART if emulator.usart else os.ttyname(self._slave), script)
-        emulator.await_core()
+        with tempfile.TemporaryDirectory(prefix="tvslam-") as folder:
+            link = os.path.join(folder, "link")     # as long as a mission's, since it lies in the core's heap
+            os.symlink(os.ttyname(self._slave), link)
+            emulator.start_core(USART if emulator.usart else link, script)
+            emulator.await_core()
         self.child = emulator
 
     def how_it_ended(self):

@@ -137,8 +137,9 @@ def report(figures):
     width = max(len(row[0]) for row in rows)
     lines = ["", "%-*s  %9s  %9s" % (width, "bytes of", "flash", "heap")]
     lines += ["%-*s  %9s  %9s" % (width, name, "" if code is None else format(code, ","), format(used, ",")) for name, code, used in rows]
-    memory = figures["memory"]
-    return lines + ["", "The heap's sum is what gc.mem_alloc() said in the run that measured; without the measurement it is %s B." % format(
-                        ledger["sum"] - ledger["apparatus"], ","),
+    memory, unmeasured = figures["memory"], ledger["sum"] - ledger["apparatus"]
+    return lines + ["", "The heap's sum is what gc.mem_alloc() said in the run that measured. Without the measurement it is %s B, %d B "
+                        "from the core's own figure above:" % (format(unmeasured, ","), abs(unmeasured - figures["heap_used_bytes"])),
+                    "the VM holds the script that it runs, and the one that reads the bare VM is not the one that starts the core.",
                     "RAM beside the heap: static %s B, stack %s B at its deepest until the core was up (`hil` tells a mission's)." % (
                         format(memory["static_ram_bytes"], ","), format(memory["stack_peak_bytes"], ","))]

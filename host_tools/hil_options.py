@@ -12,6 +12,7 @@ UWB = ("paper", "rssi_real", "tof", "tof_nlos", "none")
 ODOMETRY = ("calibrated", "poor")
 MODES = ("improved", "paper")
 STM32_HEAP_MAX = 112 << 10  # of 128 KB RAM, beside the stack
+STM32_HEAP_ENOUGH = 24 << 10  # with which the core boots, and then allocates nothing
 SEED_MAX = 2 ** 32 - 1
 
 
@@ -120,7 +121,7 @@ def check_places(args, home_path, out_files):
                 raise UsageError("--out %s holds a folder %s where a file of that name goes; give another folder." % (args.out, name))
     for name, path in (("--json", args.json), ("--log", args.log)):
         if path:
-            _check_file(name, path)
+            check_file(name, path)
     if args.log and os.path.exists(args.log) and not os.path.isfile(args.log):
         raise UsageError("--log %s is no regular file, but the log is read back for the scores; give a file's name." % args.log)
 
@@ -150,7 +151,8 @@ def _check_folder(path):
         raise UsageError("--out %s cannot be written (%s); give a folder of your own." % (path, _reason(error))) from None
 
 
-def _check_file(name, path):
+def check_file(name, path):
+    """UsageError where a file of that name could not be written."""
     if os.path.isdir(path):
         raise UsageError("%s %s is a folder; give the name of a file." % (name, path))
     new = not os.path.lexists(path)

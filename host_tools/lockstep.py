@@ -32,7 +32,8 @@ class LockstepCore(CoreSession):
             answer = self._need(BY_NAME["PARAM_SET"](number, index, value), "PARAM_VALUE",
                                 lambda got, place=(number, index): (got.parameter, got.index) == place)
             if answer.status == schema.PARAM_LOCKED:
-                raise CoreError("%s has begun a mission already: start it anew." % self.name)
+                raise CoreError("%s has begun a mission already, and did not start anew when told to: press its reset button, or run its "
+                                "command once more." % self.name)
             if answer.status != schema.PARAM_OK:
                 raise CoreError("%s does not take the log's parameter %s.%d = %d (status %d): replay the log with the version that "
                                 "wrote it." % (self.name, PARAMETERS[number][0], index, value, answer.status))

@@ -14,6 +14,7 @@ from host_tools.relay import Relay
 LINK_S = 10.0  # for the robot to make its link
 SILENT_GRACE_S = 0.3  # for one that has been silent for 3 s already
 CORE_GRACE_S = 2.0  # for the core to see the hang-up by itself
+ROBOT_GRACE_S = 10.0  # for the robot to write down what it has, on a busy machine
 
 
 # How a mission went. `exit_code` as the virtual robot's: 0 finished, 1 not, 2 bad arguments, 3 a peer failed.
@@ -160,7 +161,8 @@ class _Watch:
 
     def _core_ended(self):
         """The core ended first. The robot may be ending too: what it says of its own arguments comes first."""
-        limit = time.monotonic() + CORE_GRACE_S
+        # One that ended with its mission done has seen the robot close the link.
+        limit = time.monotonic() + (ROBOT_GRACE_S if self.core.poll() == 0 else CORE_GRACE_S)
         while self.robot.poll() is None and time.monotonic() < limit and not self.waiting:
             self._one_event(0.1)
         self.drain()

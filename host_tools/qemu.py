@@ -13,7 +13,7 @@ import threading
 import time
 
 from host_tools.core_process import MasterPort, private_pty
-from host_tools.hil_options import UsageError
+from host_tools.hil_options import STM32_HEAP_ENOUGH, UsageError
 from host_tools.qemu_monitor import Monitor
 from host_tools.terminal_port import PortError
 
@@ -178,7 +178,10 @@ class Emulator:
             why = "the emulator %s" % ("was ended by signal %s" % _signal_name(-code) if code < 0 else "ended with code %d" % code)
             printed = self.text()
         elif "MemoryError" in printed:
-            why = "the core ran out of heap on the emulated STM32; give a larger --heap"
+            why = ("the core ran out of heap on the emulated STM32 after boot, when it must ask for none: a bug of the core, please report "
+                   "what you did" if self._up() else
+                   "the core ran out of heap on the emulated STM32; give --heap %dk or more" % (STM32_HEAP_ENOUGH >> 10))
+            printed = "\n".join(line for line in printed.splitlines() if not line.startswith(("Traceback ", "File ")))
         else:
             why = "the core on the emulated STM32 ended before the mission did"
         return "%s. %s" % (why, ("It printed: %s" % _shortened(printed)) if printed else "It printed nothing")

@@ -5,18 +5,16 @@ Bytes pass unchanged in both directions; frames are the two ends' business.
 
 import os
 import select
+import termios
 import threading
-import time
 
 import serial
 
 from host_tools.hil_options import UsageError
-from host_tools.terminal_port import PortError, TerminalPort
+from host_tools.terminal_port import PortError, TerminalPort, start_anew
 
 BAUD = 115200
 WAIT_FOR_LINK_S = 10.0
-STOP, SOFT_RESET = b"\r\x03", b"\x02\x04"     # to firmware_py/ports/machine.py and to MicroPython's REPL
-STOP_S = 0.2
 
 
 # Contract: the board's port is opened in __init__ (UsageError if it cannot be); `start` copies in a
@@ -47,21 +45,14 @@ class Relay:
     def _run(self):
         try:
             if self.anew:
-                self._start_anew()
+                start_anew(self.board.fileno())
             with TerminalPort.wait(self.link, WAIT_FOR_LINK_S) as robot:
                 while not self._stop.is_set():
                     self._copy(robot)
         except PortError:
             pass  # the robot's end: its process says why
-        except (serial.SerialException, OSError) as error:
+        except (serial.SerialException, OSError, termios.error) as error:
             self.failure = "the board's port %s was closed while in use (%s)" % (self.device, _reason(error))
-
-    def _start_anew(self):
-        """A core has one mission in a life: its last one must not be this one's. What heeds none of this drops it as no frame."""
-        for part in (STOP, SOFT_RESET):
-            self.board.write(part)
-            time.sleep(STOP_S)
-            self.board.reset_input_buffer()     # the old core's last words
 
     def _copy(self, robot):
         ready, _, _ = select.select([robot.fd, self.board.fileno()], [], [], 0.1)

@@ -5,6 +5,7 @@ Exit code 0 if every answer, the hash and the map are those of the log (as far a
 """
 
 import json
+import os
 import sys
 import time
 
@@ -12,6 +13,7 @@ from host_tools import core_process
 from host_tools.core_process import CoreError
 from host_tools.differences import at_the_end, robot_s
 from host_tools.finding import Finding, difference_table
+from host_tools.hil_options import UsageError, check_file
 from host_tools.mission import hashes
 from host_tools.processes import signals_as_interrupt
 from host_tools.progress import Progress
@@ -32,10 +34,11 @@ def add_arguments(parser):
 
 def run(args):
     try:
+        check_json(args.json, args.log)
         recording = Recording(args.log)
-        with signals_as_interrupt(), core_process.running_core(args.target, args.heap, args.link) as port:
+        with signals_as_interrupt(), core_process.running_core(args.target, args.heap, args.link, anew=True) as port:
             result, lines = replay(recording, args.target, port, Progress())
-    except LogUnusable as error:
+    except (UsageError, LogUnusable) as error:
         print("replay: %s" % error, file=sys.stderr)
         return EXIT_USAGE
     except CoreError as error:
@@ -105,8 +108,7 @@ def _end(recording, run, target, status):
 def _lines(result, recording, finding, end, telemetry):
     rows = [("replayed", "%s on %s" % (result["log"], result["target"])), ("", speed_text(result)),
             ("hash", hash_text(result["hash"])), ("hash of the log", hash_text(result["log_hash"]))]
-    if recording.damage:
-        rows.append(("damaged log", "%s; replayed up to there" % recording.damage))
+    rows += [] if finding else log_rows(recording, result["steps"])
     if finding is None and telemetry is not None:
         rows.append(("telemetry", "differs first at step %d: %s" % (telemetry.step, telemetry.names)))
     if finding is None and end is None:
@@ -118,8 +120,24 @@ def _lines(result, recording, finding, end, telemetry):
     return ["%-15s %s" % row for row in rows] + (finding.lines() if finding else difference_table(end) if end else [])
 
 
+def log_rows(recording, steps):
+    """What a log that was replayed to its end did not hold."""
+    if recording.damage:
+        return [("damaged log", "%s; replayed up to there" % recording.damage)]
+    return [] if recording.status else [("log", "it ends at step %d, before its mission did" % steps)]
+
+
 def hash_text(hash_):
     return "steps %s   map %s" % (hash_["steps"] or "-", hash_["map"] or "-")
+
+
+def check_json(path, log=None):
+    """Before the run: nobody waits for a result that cannot be kept."""
+    if path is None:
+        return
+    if log is not None and os.path.realpath(path) == os.path.realpath(log):
+        raise UsageError("--json %s is the log, which would be overwritten; give another name." % path)
+    check_file("--json", path)
 
 
 def write_json(command, path, result):

@@ -19,7 +19,7 @@ def table(result):
         ("home", "%s   %s, core on %s over %s, UWB %s, odometry %s, seed %d" % (
             result["home"], result["mode"], result["target"], result["link"], result["uwb"], result["odometry"], result["seed"])),
         ("time", "robot %s s   wall %s s   factor %s   path %s m   lower bound %s s   contacts %s" % (
-            _n(time["robot_s"], 1), _n(time["wall_s"], 1), _n(time["real_time_factor"], 0), _n(time["path_m"], 1),
+            _n(time["robot_s"], 1), _n(time["wall_s"], 1), _factor(time["real_time_factor"]), _n(time["path_m"], 1),
             _n(time["lower_bound_s"], 1), _n(time["contacts"]))),
         ("position error", "%-16s %9s %9s %9s" % ("cm, %d stops" % where["stops"], "mean", "p95", "max")),
     ]
@@ -92,6 +92,11 @@ def _n(value, digits=None):
     if value is None:
         return "-"
     return str(value) if digits is None else "%.*f" % (digits, value)
+
+
+def _factor(value):
+    """A whole number tells too little of what is near real time."""
+    return _n(value, 1 if value is not None and value < 10 else 0)
 
 
 def _yes(value):

@@ -1,6 +1,7 @@
 """The core's files that go into an image, as firmware_py/manifest.py lists them, read once: what is hashed is what is built."""
 
 import hashlib
+import sys
 from pathlib import Path
 
 from host_tools import linker
@@ -44,9 +45,10 @@ def listed(manifest):
 
 
 def image_key(vm_key, files, heap_bytes, mark=""):
-    digest = hashlib.sha256(("%s\n%d\n%s\n" % (vm_key, heap_bytes, mark)).encode())
+    # The Python, too: each writes the linked module down in its own way (ast.unparse).
+    digest = hashlib.sha256(("%s\n%d\n%s\n%d.%d\n" % (vm_key, heap_bytes, mark, *sys.version_info[:2])).encode())
     # What makes the image of them, and what tells its figures.
-    for path in (*sorted(Path(linker.__file__).parent.glob("*.py")), Path(__file__).with_name("stm32_check.py")):
+    for path in (*sorted(Path(linker.__file__).parent.glob("*.py")), Path(__file__), Path(__file__).with_name("stm32_check.py")):
         digest.update(path.read_bytes())
     for name, content in sorted(files.items()):
         digest.update(("%s %s\n" % (name, hashlib.sha256(content).hexdigest())).encode())

@@ -44,7 +44,8 @@ def facts(elf):
 
 
 def cache_folder():
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tvslam"
+    named = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (named if named.is_absolute() else Path.home() / ".cache") / "tvslam"  # the XDG specification: a relative one is ignored
 
 
 def _image(cache, heap_bytes, micropython, progress, mark):
@@ -60,6 +61,7 @@ def _image(cache, heap_bytes, micropython, progress, mark):
     kept = cache / ("image-" + stm32_core.image_key(vm_key, files, heap_bytes, mark))
     elf = kept / "firmware.elf"
     if _whole(elf):
+        os.utime(kept)  # for _prune
         progress("Nothing has changed: the image is in the cache.")
         return elf
     shutil.rmtree(kept, ignore_errors=True)  # half of an image, or a damaged one
@@ -92,6 +94,7 @@ def _without_spaces(folder, way_out):
 
 
 def _prune(cache):
+    """Leaves the images that were asked for last."""
     images = sorted(cache.glob("image-*"), key=lambda folder: folder.stat().st_mtime)
     for old in images[:-IMAGES_KEPT]:
         shutil.rmtree(old, ignore_errors=True)

@@ -7,6 +7,9 @@ import termios
 import time
 import tty
 
+STOP, SOFT_RESET = b"\r\x03", b"\x02\x04"     # to firmware_py/ports/machine.py (Ctrl-C), then to MicroPython's REPL
+STOP_S = 0.2
+
 
 class PortError(Exception):
     """Its text is one sentence for the user: cause and way out."""
@@ -83,6 +86,12 @@ class TerminalPort:
         except OSError as error:
             raise PortClosed(self._closed(error)) from None
 
+    def start_anew(self):
+        try:
+            start_anew(self.fd)
+        except (OSError, termios.error) as error:
+            raise PortClosed(self._closed(error if isinstance(error, OSError) else None)) from None
+
     def close(self):
         if self.fd >= 0:
             os.close(self.fd)
@@ -98,6 +107,14 @@ class TerminalPort:
         # EIO is how Linux says that a pty's master side is closed: no news beside the sentence.
         detail = " (%s)" % _reason(error) if error is not None and error.errno != errno.EIO else ""
         return "%s was closed by its other end while in use%s." % (self.path, detail)
+
+
+def start_anew(fd):
+    """A core has one mission in a life: its last one must not be the next. What heeds none of this drops it as no frame."""
+    for part in (STOP, SOFT_RESET):
+        os.write(fd, part)
+        time.sleep(STOP_S)
+        termios.tcflush(fd, termios.TCIFLUSH)   # the old core's last words
 
 
 def _reason(error):

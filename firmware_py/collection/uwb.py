@@ -213,10 +213,10 @@ def weigh(scope, queue, table, seen_mm, begin, end):
         # Two rounds of Newton from the range itself: exact where it is near, and an outlier stays one.
         i = table[i + 2 * transmitters]
         i = dx * dx + dy * dy + i * i
+        if d < 1 or i < 10000:
+            continue  # nearer than 100 mm no direction is told
         expected = d + i // d >> 1
         expected = expected + i // expected >> 1
-        if expected < 100:
-            continue
         e = expected - d
         likely = deviation
         if scope[_PRIOR]:

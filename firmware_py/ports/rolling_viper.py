@@ -203,36 +203,35 @@ def weigh(s: ptr32, records: ptr32, of: ptr32, lately: ptr16, begin: int, end: i
             if good:
                 d = d * s[10] >> 12
                 deviation = d * s[9] >> 12
-        if good:
-            i = dx * dx + dy * dy + dz * dz
+        i = dx * dx + dy * dy + dz * dz if good else 0
+        if d > 0 and i >= 10000:
             expected = d + i // d >> 1
             expected = expected + i // expected >> 1
-            if expected >= 100:
-                e = expected - d
-                likely = deviation
-                if s[11]:
-                    i = e if e >= 0 else 0 - e
-                    i = i if i < 2000 else 2000
-                    i = lately[anchor] + (i - lately[anchor] >> 3)
-                    lately[anchor] = i
-                    i = i * 5 >> 2
-                    if i > likely:
-                        likely = i
-                i = 120 + 4 * deviation
-                i = (i if i < 900 else 900) + s[12]
-                if e > i or e < 0 - i:
-                    told += 256
-                elif likely <= s[14]:
-                    w = 1024
-                    if likely > 25:
-                        w = s[13] // (likely * likely)
-                        w = w if w < 1024 else 1024
-                    dx = (dx << 6) // expected
-                    dy = (dy << 6) // expected
-                    s[0] = s[0] + (w * dx * dx >> 10)
-                    s[1] = s[1] + (w * dx * dy >> 10)
-                    s[2] = s[2] + (w * dy * dy >> 10)
-                    s[3] = s[3] + (w * dx * e >> 4)
-                    s[4] = s[4] + (w * dy * e >> 4)
-                    told += 1
+            e = expected - d
+            likely = deviation
+            if s[11]:
+                i = e if e >= 0 else 0 - e
+                i = i if i < 2000 else 2000
+                i = lately[anchor] + (i - lately[anchor] >> 3)
+                lately[anchor] = i
+                i = i * 5 >> 2
+                if i > likely:
+                    likely = i
+            i = 120 + 4 * deviation
+            i = (i if i < 900 else 900) + s[12]
+            if e > i or e < 0 - i:
+                told += 256
+            elif likely <= s[14]:
+                w = 1024
+                if likely > 25:
+                    w = s[13] // (likely * likely)
+                    w = w if w < 1024 else 1024
+                dx = (dx << 6) // expected
+                dy = (dy << 6) // expected
+                s[0] = s[0] + (w * dx * dx >> 10)
+                s[1] = s[1] + (w * dx * dy >> 10)
+                s[2] = s[2] + (w * dy * dy >> 10)
+                s[3] = s[3] + (w * dx * e >> 4)
+                s[4] = s[4] + (w * dy * e >> 4)
+                told += 1
     return told

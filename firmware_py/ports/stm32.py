@@ -30,8 +30,9 @@ class PortError(Exception):
 class Port:
     # As unix.Port. read() returns at the end of a frame, or every 100 ms; over semihosting, where the emulator
     # stands still meanwhile, only when something has come: the time limits there are the host's business.
-    # begin_tick() and end_tick() stand around a step: tick_bins tells how many steps took how many counts, in bins
-    # of _FINE, then of _COARSE; tick_largest the counts of the longest. Interrupts stay masked: the part's vector table leads into the fault handler.
+    # begin_tick() and end_tick() stand around a step: tick_bins tells how many steps took how many counts, in bins of
+    # _FINE, then of _COARSE; tick_largest the counts of the longest. Interrupts stay masked: the part's vector table
+    # leads into the fault handler.
 
     def __init__(self):
         self.heap_code_bytes = _code

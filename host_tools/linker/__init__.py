@@ -6,17 +6,18 @@ what only they need: constants become numbers where they are used, the modules o
 imports vanish, and what the entry cannot reach is left out. Nothing is computed otherwise;
 that the linked core steps with the same hashes as the files themselves is tested.
 
-What it relies on (a LinkError names what is not so): no relative magic but `import` and
-`from ... import` at the top, no star, no getattr, no nested functions.
+What it relies on (a LinkError names what is not so): files of the core are imported by `from ... import` at the top,
+no star; no getattr and its like; no nested functions, no lambda; no variable called as a global that is meant beside it.
 """
 
 import ast
+import builtins
 from dataclasses import dataclass, field
 
 from host_tools.linker.inliner import inline
 from host_tools.linker.reach import reachable
 from host_tools.linker.rewriter import Rewriter
-from host_tools.linker.unit import LinkError, Units, bound
+from host_tools.linker.unit import BUILTIN, LinkError, Units, bound
 
 __all__ = ("Linked", "LinkError", "link")
 
@@ -33,7 +34,7 @@ def link(files, entry, mark=""):
     each file's path when it has run, to measure what it takes."""
     units = Units(files)
     order = units.order(entry)
-    taken = {}
+    taken = dict.fromkeys(dir(builtins), BUILTIN)
     for unit in order:
         unit.resolve(units, taken)
     bodies = [(unit, [Rewriter(unit).visit(node) for node in unit.body]) for unit in order]
@@ -41,7 +42,7 @@ def link(files, entry, mark=""):
     keep = reachable(statements, units.units[entry])
     inline([statement for statement in statements if keep(statement)])
     linked = Linked(modules=[unit.path for unit in order])
-    text = sorted(units.outside)
+    text = sorted(units.outside.values())
     for unit, body in bodies:
         for statement in body:
             if keep(statement):

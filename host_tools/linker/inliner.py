@@ -1,11 +1,19 @@
 """Private methods that are called in one place are put there: 27 bytes of heap less each, and a call.
 
-Only where it cannot change anything: the one mention of the name in the whole linked module is a call by `self` that
-stands alone, is assigned to a name, or is returned; and, but for the last, no `return` of the method stands in a loop.
+Only where it cannot change anything: one class defines the name, and its one mention in the whole linked module is a call by
+`self` that stands alone, is assigned to a name, or is returned; but for the last, no `return` of the method stands in a loop;
+the method is a plain one (_plain), and no name in it would be another in its caller.
 """
 
 import ast
 import copy
+from collections import Counter
+
+from host_tools.linker.unit import bound, variables
+
+# What has names that are no ast.Name, or runs otherwise when it is not a function of its own.
+NOT_PLAIN = (ast.Global, ast.Nonlocal, ast.Import, ast.ImportFrom, ast.Yield, ast.YieldFrom, ast.Await, ast.Lambda, ast.ClassDef,
+             ast.AsyncFunctionDef)
 
 
 class _CannotInline(Exception):
@@ -14,26 +22,42 @@ class _CannotInline(Exception):
 
 def inline(statements):
     """Changes the classes among `statements`."""
-    mentions = {}
+    mentions, definitions = Counter(), Counter()
     for statement in statements:
         for part in ast.walk(statement):
             if isinstance(part, ast.Attribute):
-                mentions[part.attr] = mentions.get(part.attr, 0) + 1
+                mentions[part.attr] += 1
+        if isinstance(statement, ast.ClassDef):
+            definitions.update(name for part in statement.body for name in bound(part))
+    once = {name for name in definitions if definitions[name] == mentions[name] == 1 and name.startswith("_") and name[:2] != "__"}
     for statement in statements:
         if isinstance(statement, ast.ClassDef):
-            _inline_in(statement, mentions)
+            _inline_in(statement, once)
 
 
-def _inline_in(a_class, mentions):
+def _inline_in(a_class, once):
     for method in [part for part in a_class.body if isinstance(part, ast.FunctionDef)]:
-        alone = method.name.startswith("_") and not method.name.startswith("__") and mentions.get(method.name) == 1
-        if not alone or method.decorator_list or method.args.defaults:
+        if method.name not in once or not _plain(method):
             continue
         for caller in a_class.body:
-            if isinstance(caller, ast.FunctionDef) and caller is not method and not caller.decorator_list:
+            if isinstance(caller, ast.FunctionDef) and caller is not method and not caller.decorator_list and _by_self(caller):
                 if _put_into(caller, method):
                     a_class.body.remove(method)
                     break
+
+
+def _plain(method):
+    args = method.args
+    if method.decorator_list or args.defaults or args.posonlyargs or args.vararg or args.kwonlyargs or args.kwarg or not _by_self(method):
+        return False
+    parts = [part for statement in method.body for part in ast.walk(statement)]
+    return not any(isinstance(part, (*NOT_PLAIN, ast.FunctionDef)) or isinstance(part, ast.ExceptHandler) and part.name for part in parts)
+
+
+def _by_self(method):
+    """Whether `self` is the object in all of it."""
+    selves = [part for part in ast.walk(method) if isinstance(part, ast.Name) and part.id == "self"]
+    return [arg.arg for arg in method.args.args[:1]] == ["self"] and all(isinstance(part.ctx, ast.Load) for part in selves)
 
 
 def _put_into(caller, method):
@@ -47,7 +71,7 @@ def _put_into(caller, method):
                 call = _call(statement, method)
                 if call:
                     try:
-                        block[i:i + 1] = _instead(statement, call, method)
+                        block[i:i + 1] = _instead(statement, call, method, caller) or [ast.Pass()]
                     except _CannotInline:
                         return False
                     return True
@@ -63,25 +87,35 @@ def _call(statement, method):
     if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == method.name):
         return None
     by_self = isinstance(call.func.value, ast.Name) and call.func.value.id == "self"
-    return call if by_self and not call.keywords and len(call.args) + 1 == len(method.args.args) else None
+    plain = not call.keywords and not any(isinstance(arg, ast.Starred) for arg in call.args)
+    return call if by_self and plain and len(call.args) + 1 == len(method.args.args) else None
 
 
-def _instead(statement, call, method):
+def _instead(statement, call, method, caller):
     own = [arg.arg for arg in method.args.args[1:]]
-    local = set(own) | {part.id for part in ast.walk(method) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
-    local -= {name for part in ast.walk(method) if isinstance(part, ast.Global) for name in part.names}
+    local = variables(method) - {"self"}
     body = copy.deepcopy(method.body)
+    free, renamed = set(), {"%s_%s" % (method.name, name) for name in local}
     for part in body:
         for name in ast.walk(part):
             if isinstance(name, ast.Name) and name.id in local:
                 name.id = "%s_%s" % (method.name, name.id)
+            elif isinstance(name, ast.Name) and name.id != "self":
+                free.add(name.id)
+    of_caller = variables(caller)
+    if free & of_caller or renamed & (free | of_caller | {part.id for part in ast.walk(caller) if isinstance(part, ast.Name)}):
+        raise _CannotInline
     taken = [_assign("%s_%s" % (method.name, name), value) for name, value in zip(own, call.args, strict=True)]
     if isinstance(statement, ast.Return):
         return taken + body + ([] if _ends(body) else [ast.Return(None)])
     if isinstance(statement, ast.Assign):
         target = statement.targets[0].id
         return taken + _tail(body, lambda value: [_assign(target, value or ast.Constant(None))])
-    return taken + _tail(body, lambda value: [ast.Expr(value)] if isinstance(value, ast.Call) else [])
+    return taken + _tail(body, lambda value: [ast.Expr(value)] if _calls(value) else [])
+
+
+def _calls(value):
+    return value is not None and any(isinstance(part, ast.Call) for part in ast.walk(value))
 
 
 def _assign(name, value):

@@ -19,8 +19,7 @@ def reachable(statements, entry):
                 wanted.add("." + part.attr)
 
     def needed(statement):
-        names = bound(statement)
-        return not names or any(name in wanted for name in names)
+        return not _only_names(statement) or any(name in wanted for name in bound(statement))
 
     def called(method):
         return method.name.startswith("__") or "." + method.name in wanted
@@ -42,3 +41,13 @@ def reachable(statements, entry):
         if isinstance(statement, ast.ClassDef):
             statement.body = [p for p in statement.body if not isinstance(p, ast.FunctionDef) or called(p)]
     return needed
+
+
+def _only_names(statement):
+    """Whether all that a statement at the top does is to give names to things: without the names it does nothing."""
+    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
+        return True
+    parts = list(ast.walk(statement))
+    return isinstance(statement, ast.Assign) and not any(
+        isinstance(part, ast.Call) or isinstance(getattr(part, "ctx", None), ast.Store) and not isinstance(part, (ast.Name, ast.Tuple))
+        for part in parts)

@@ -9,7 +9,7 @@ from sim_device.links.pty import Pty
 FLUSH_S = 0.02
 HELLO_S = 1.0
 BACKLOG_BYTES = 65536
-DRAIN_S = 0.5
+DRAIN_S = 1.5
 
 _ID = 3         # in a raw frame: CTL SEQ ACK ID LEN body CRC
 _BODY = 5

@@ -1,11 +1,13 @@
 # `host_tools flash --target mpremote:DEVICE` against the real MicroPython VM with a real littlefs behind a pty, and what
 # can go wrong: each with one sentence, and mended by repeating the command.
 
+import contextlib
 import os
 import pty
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -155,9 +157,9 @@ def test_a_heap_that_is_too_small_is_named_with_its_cause(flash, micropython, tm
 
 def test_a_port_that_is_missing_or_none(flash):
     code, _, err = flash("/dev/there-is-no-such-port")
-    assert code == 3 and "there is no such port; plug the board in" in err
+    assert code == 2 and "there is no such port; plug the board in" in err
     code, _, err = flash("/dev/null")
-    assert code == 3 and "not a terminal" in err
+    assert code == 2 and "not a terminal" in err
 
 
 @pytest.mark.parametrize("noise", [b"", b"hello \x00\xff"])
@@ -171,6 +173,31 @@ def test_a_port_that_is_silent_or_no_micropython(flash, monkeypatch, noise):
         assert code == 3 and "does not answer as a MicroPython does; press its reset button" in err
         assert time.monotonic() - began < 10
     finally:
+        os.close(master)
+        os.close(slave)
+
+
+def test_a_port_that_talks_without_end(flash, monkeypatch):
+    monkeypatch.setattr(board, "ENTER_S", 2.0)
+    master, slave = pty.openpty()
+    over = threading.Event()
+
+    def talk():
+        os.set_blocking(master, False)
+        while not over.is_set():
+            with contextlib.suppress(BlockingIOError):
+                os.write(master, os.urandom(512))
+            time.sleep(0.001)
+    talker = threading.Thread(target=talk)
+    talker.start()
+    try:
+        began = time.monotonic()
+        code, _, err = flash(os.ttyname(slave))
+        assert code == 3 and "it talks on without an answer; press its reset button" in err
+        assert time.monotonic() - began < 6
+    finally:
+        over.set()
+        talker.join()
         os.close(master)
         os.close(slave)
 

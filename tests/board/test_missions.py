@@ -39,9 +39,13 @@ def test_missions_one_after_the_other_on_a_board_that_was_flashed(project, small
         assert cli.main(["flash", "--target", "mpremote:" + board.device]) == 0, capsys.readouterr().err
         results = [mission(project, small, "port:" + board.device, tmp_path) for _ in range(2)]
         assert board.starts == 4
+        log = str(tmp_path / "m.tvlog")
+        expected = mission(project, small, "cpython", tmp_path, "--log", log)["hash"]
+        assert cli.main(["replay", log, "--target", "port:" + board.device]) == 0, capsys.readouterr().err
+        assert cli.main(["bisect", log, "--targets", "cpython,port:" + board.device]) == 0, capsys.readouterr().err
+        assert board.starts == 6
         own_clock = mission(project, small, "port:" + board.device, tmp_path, "--realtime", "--max-robot-s", "2", code=1)
     assert own_clock["time"]["robot_s"] >= 1.9 and own_clock["memory"]["heap_locked"], own_clock["reason"]
-    expected = mission(project, small, "cpython", tmp_path)["hash"]
     for result in results:
         assert result["hash"] == expected
         assert result["memory"]["heap_locked"] and result["memory"]["allocated_after_boot_bytes"] == 0

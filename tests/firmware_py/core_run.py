@@ -12,6 +12,7 @@ from tests.strategies import VALUES, ticks_of
 with guarded_core() as _core:
     WatchedTvslam = _core("firmware_py.pipeline").Tvslam  # every number checked against 2**30
 
+REPLAY = "tests/upy/replay.py"
 PLAIN = (int, bool, str, bytes, type(None))
 
 
@@ -83,11 +84,11 @@ def write_stream(path, parameters, segments):
     path.write_bytes(data.tobytes())
 
 
-def hashes_of(command, folder, parameters, segments):
-    """Runs tests/upy/replay.py under an interpreter. Returns (hashes, its last line)."""
+def hashes_of(command, folder, parameters, segments, script=REPLAY):
+    """Runs tests/upy/replay.py, or what was made of it, under an interpreter. Returns (hashes, its last line)."""
     write_stream(folder / "stream", parameters, segments)
     run = subprocess.run(
-        [*command, "tests/upy/replay.py", str(folder / "stream"), str(folder / "hashes")],
+        [*command, script, str(folder / "stream"), str(folder / "hashes")],
         cwd=PROJECT, capture_output=True, text=True, timeout=100,
     )  # fmt: skip
     if run.returncode:

@@ -122,3 +122,19 @@ def test_any_walk_fits_the_crumbs(steps, tolerance_mm):
         if crumbs.visit(x, y, heading, turn, path, 5, tolerance_mm) == ISLAND:
             crumbs.excise()
         assert 0 < crumbs.used <= crumbs.CAPACITY
+
+
+def test_a_room_off_a_corridor_does_not_close_the_outline_however_far_the_crumbs_are_apart():
+    # 130 m of corridor, then from the near jamb of a door of 0.9 m round the room to the far one: there the robot
+    # heads as it did at the near jamb, after a whole turn, 0.9 m short of it.
+    crumbs = breadcrumbs.Breadcrumbs()
+    crumbs.clear(0, 0)
+    for path in range(0, 130_000, 6):
+        assert crumbs.visit(path, 9000, 0, 0, path, 1, 150) == OPEN
+    x, y, turn = 0, 0, -32768
+    for length, dx, dy in ((3000, -1, 0), (4000, 0, -1), (7000, 1, 0), (4000, 0, 1), (3100, -1, 0)):
+        for far in range(0, length, 6):
+            path += 6
+            assert crumbs.visit(x + dx * far, y + dy * far, turn & 0xFFFF, turn, path, 1, 150) == OPEN
+        x, y, turn = x + dx * length, y + dy * length, turn + 16384
+    assert x == 900 and crumbs._spacing_mm == 2000

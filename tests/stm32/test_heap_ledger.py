@@ -7,10 +7,11 @@ import pytest
 from host_tools import budget, cli, heap_ledger, heap_search
 from host_tools.heap_ledger import Ledger
 from host_tools.heap_search import STEP_BYTES, DoesNotFit, smallest_that_boots
-from tests.host_tools.test_hil_mission import SMALL
+from tests.docs.pages import rows
+from tests.host_tools.test_hil_mission import SMALL, finish, hil
 from tests.stm32.test_mission import HEAP, MISSION
 
-LINK_NAMES_BYTES = 64   # the measured core's link has another name than the core's to which it is compared
+SCRIPT_BYTES = 48       # the VM holds the script that runs, and the one that reads the bare VM is not the one that starts the core
 READINGS = """@ 1000 begin
 @ 1100 protocol/cobs.py
 @ 1250 firmware_py/device.py
@@ -55,8 +56,17 @@ def test_the_bytes_listed_add_up_to_what_the_core_says_of_its_heap(told):
     listed = ledger["vm"] + ledger["apparatus"] + ledger["others"] + sum(ledger["files"].values()) + sum(ledger["objects"].values())
     assert listed == ledger["sum"]
     # The core by itself, not measured, with an image of its own.
-    assert listed - ledger["apparatus"] == pytest.approx(told["heap_used_bytes"], abs=LINK_NAMES_BYTES)
+    assert listed - ledger["apparatus"] == pytest.approx(told["heap_used_bytes"], abs=SCRIPT_BYTES)
     assert abs(ledger["others"]) < 600, "what no file and no object holds must stay small"
+
+
+@MISSION
+def test_a_core_for_a_tool_holds_just_what_a_missions_does(told, project, tmp_path):
+    home, kept = tmp_path / "small.json", tmp_path / "r.json"
+    home.write_text(json.dumps(SMALL))
+    _, _, said = finish(hil(project, str(home), "--target", "stm32", "--link", "semihost", "--heap", HEAP, "--max-robot-s", "1",
+                            "--json", str(kept)))   # however it ends: it tells its heap at its beginning
+    assert json.loads(kept.read_text())["memory"]["heap_peak_bytes"] == told["heap_used_bytes"], said
 
 
 def test_every_store_is_within_an_object(told):
@@ -74,6 +84,14 @@ def test_flash_and_ram_stand_beside_it(told):
     assert told["memory"]["static_ram_bytes"] > 500 and 500 < told["memory"]["stack_peak_bytes"] < 10 << 10
     text = "\n".join(heap_ledger.report(told) + budget.heap_lines(told))
     assert "{:,}".format(told["ledger"]["sum"]) in text and "objects of VectorStore" in text and "Of it code" not in text
+
+
+def test_the_page_has_the_figures(told):
+    ledger, page_rows = told["ledger"], {name: int(size) for name, size in rows("docs/memory.md", "part of the heap")}
+    for size, name in ((ledger["vm"], "the VM"), (sum(ledger["files"].values()), "names, functions"),
+                       (sum(ledger["objects"].values()), "objects"), (ledger["others"], "buffer")):
+        written = next(size for row, size in page_rows.items() if row.startswith(name))
+        assert written == pytest.approx(size, rel=0.06, abs=100), "docs/memory.md, On the stm32: %s take %d bytes" % (name, size)
 
 
 # --- the search ---

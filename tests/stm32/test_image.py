@@ -1,5 +1,6 @@
 # `host_tools flash --target stm32`: what it refuses, what its cache goes by, and the image itself.
 
+import ast
 import json
 import shutil
 import subprocess
@@ -10,6 +11,7 @@ import pytest
 
 from host_tools import stm32_build, stm32_check, stm32_core, stm32_image, stm32_source
 from host_tools.cli import main
+from host_tools.linker import Linked
 from host_tools.stm32_tools import ImageError
 from tests.house.tree import PROJECT, core_files, name_of
 
@@ -100,8 +102,9 @@ def test_the_hash_of_a_tree_goes_by_its_sources_alone(tmp_path):
 
 def test_the_manifest_holds_the_whole_core():
     frozen = set(stm32_core.modules(stm32_core.core_files(PROJECT)))
-    on_computers = {"firmware_py/" + n for n in ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/unix.py")}
-    assert {name_of(p) for p in core_files()} - on_computers <= frozen
+    elsewhere = {"firmware_py/" + n for n in ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/unix.py",
+                                              "main_board.py", "ports/machine.py", "ports/pins.py")}
+    assert {name_of(p) for p in core_files()} - elsewhere <= frozen
     assert not any(name.startswith(("host_tools", "sim_device")) for name in frozen)
 
 
@@ -149,13 +152,20 @@ def test_the_source_comes_from_where_the_machine_gets_its_packages():
 
 # --- what the checks read ---
 
-def test_the_flash_of_a_module_is_the_sum_of_its_symbols():
-    content = 'const char mp_frozen_names[] = {\n    #ifdef X\n    X\n    #endif\n    "a/fit.py\\0"\n    "a/fit_more.py\\0"\n    "\\0"\n};'
-    modules = stm32_check.frozen_modules(content)
-    assert modules == ["a/fit.py", "a/fit_more.py"]
-    symbols = "00000010 00000008 t fun_data_a_fit_add\n00000020 00000010 t const_qstr_table_data_a_fit\n" \
-              "00000030 00000020 t fun_data_a_fit_more__lt_module_gt_\n00000040 00000100 T mp_obj_new_int\n         U abort\n"
-    assert stm32_check.module_bytes(modules, symbols) == {"a/fit.py": 24, "a/fit_more.py": 32}
+def test_the_flash_of_a_file_is_the_sum_of_its_symbols():
+    content = 'const char mp_frozen_names[] = {\n    #ifdef X\n    X\n    #endif\n    "tvslam.py\\0"\n    "b.py\\0"\n    "\\0"\n};'
+    assert stm32_check.frozen_modules(content) == ["tvslam.py", "b.py"]
+    core = Linked(modules=["a/fit.py", "a/limits.py"], owners={"Fit": "a/fit.py", "fit_more": "a/fit.py"})
+    symbols = "00000010 00000008 t fun_data_tvslam_Fit_add\n00000020 00000010 t const_qstr_table_data_tvslam\n" \
+              "00000030 00000020 t raw_code_tvslam_fit_more\n00000040 00000100 T mp_obj_new_int\n         U abort\n"
+    assert stm32_check.module_bytes(core, symbols) == {"a/fit.py": 40, "a/limits.py": 0, "tvslam.py": 16}
+
+
+def test_an_address_is_that_of_the_whole_name():
+    symbols = "20000010 B _ebss_old\n200104b0 B _ebss\n2000048c 00010000 b gc_heap\n"
+    assert stm32_check.address(symbols, "_ebss") == 0x200104B0 and stm32_check.address(symbols, "gc_heap") == 0x2000048C
+    with pytest.raises(ImageError, match="no symbol _estack"):
+        stm32_check.address(symbols, "_estack")
 
 
 def test_a_heap_that_overflows_the_part_says_what_fits():
@@ -181,9 +191,14 @@ def test_the_image_fits_the_part_and_holds_the_core(stm32_elf):
     head = stm32_elf.read_bytes()[:20]
     assert head[:4] == b"\x7fELF" and head[4] == 1 and head[18] == 40, "no 32-bit ELF file for Arm"
     facts = stm32_image.facts(stm32_elf)
-    assert set(facts["modules"]) == set(stm32_core.modules(stm32_core.core_files(PROJECT)))
-    assert all(size > 0 for size in facts["modules"].values()), facts["modules"]
-    assert facts["ram_heap_bytes"] == 27648 and facts["flash_bytes"] < 300_000
+    core = stm32_core.linked(stm32_core.core_files(PROJECT))
+    assert set(facts["modules"]) == {*core.modules, stm32_core.LINKED}
+    with_classes = {core.owners[node.name] for node in ast.parse(core.source).body if isinstance(node, ast.ClassDef)
+                    and any(isinstance(part, ast.FunctionDef) for part in node.body)}
+    assert len(with_classes) > 10 and all(facts["modules"][name] > 0 for name in with_classes), facts["modules"]
+    assert sum(facts["modules"].values()) < facts["text_bytes"]
+    assert facts["ram_heap_bytes"] == 27648 and facts["flash_bytes"] < 512_000
+    assert 0x20000000 < facts["stack_bottom"] < facts["stack_top"] == 0x20000000 + 128 * KIB
     assert facts["ram_static_bytes"] + facts["ram_heap_bytes"] + facts["ram_left_for_stack_bytes"] == 128 * KIB
     assert facts["ram_left_for_stack_bytes"] >= stm32_build.STACK_BYTES
 
@@ -232,7 +247,7 @@ def said_until(process, end, count):
 
 @BUILDS
 def test_the_image_boots_and_the_core_is_in_it(stm32_elf):
-    script = "import gc, sys\nfrom firmware_py.pipeline import Tvslam\ngc.collect()\n" \
+    script = "import gc, sys\nimport tvslam\ntvslam.main\ngc.collect()\n" \
              "print('{\"small_int\": %d, \"heap\": %d, \"used\": %d}' % (sys.maxsize, gc.mem_alloc() + gc.mem_free(), gc.mem_alloc()))\n"
     qemu = subprocess.Popen(["qemu-system-arm", "-M", "netduino2", "-display", "none", "-monitor", "none", "-semihosting",
                              "-serial", "stdio", "-kernel", str(stm32_elf)], stdin=subprocess.PIPE, stdout=subprocess.PIPE)

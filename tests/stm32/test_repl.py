@@ -57,5 +57,6 @@ def test_the_repl_answers_while_the_core_waits_and_starts_it_again(ports):
     for _ in range(2):
         mpremote(repl, "--no-follow", SERVE)
         assert says_hello(link)
+        assert main(["budget", "--target", "port:" + link]) == 0
         assert mpremote(repl, "import gc; gc.collect(); print(gc.mem_alloc() > 0)") == "True"  # it has ended the core
         assert not says_hello(link)

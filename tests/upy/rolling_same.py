@@ -40,7 +40,7 @@ class Side:
 SIDES = (Side(rolling, infrared, uwb), Side(rolling_viper, rolling_viper, rolling_viper))
 counts = array("i", bytes(44))
 mounted = array("h", bytes(16))
-records = array("i", bytes(60))
+records = array("i", bytes(64))
 places = array("i", bytes(4 * 96))
 rounds = array("i", bytes(4))
 rays = array("i", bytes(12))  # that something was seen at all: rays through a hit, ranges that counted, outliers
@@ -110,6 +110,12 @@ def ranges(spread):
     prior = number(2)
     slack = number(2000)
     filtered = number(2)
+    if number(5) == 0:
+        # At a transmitter of no height, with no range to speak of.
+        places[3] = x
+        places[35] = y
+        places[67] = number(2)
+        records[15] = 3 << 16 | number(3)
     for k in range(15):
         i = number(32)
         d = 1 + number(40000)
@@ -132,7 +138,7 @@ def ranges(spread):
         s[12] = slack
         s[13] = 640000 << 6 if filtered else 640000
         s[14] = 30000 if filtered else 800
-        side.told = side.weigh(s, records, places, side.lately, 0, 15)
+        side.told = side.weigh(s, records, places, side.lately, 0, 16)
     rays[1] += side.told & 255
     rays[2] += side.told >> 8
 
