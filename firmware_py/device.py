@@ -10,6 +10,7 @@ from protocol.tables import (
 )
 
 from .inventory import Inventory, STORES
+from .limits import HELLO_MS
 from .pipeline import Tvslam
 from .telemetry import Telemetry
 
@@ -36,12 +37,19 @@ class Device:
         self.inventory = Inventory(self.core, self.link)
         self.telemetry = Telemetry(self.core, self)
         self.welcomed = False
+        self._said_ms = -HELLO_MS
         self.begun = False
         self.step_number = 0
         self.tick_ms = 0        # of the free run; 0: lockstep
         self.due_ms = 0         # the free run's next tick
         self.late_ticks = 0
         self.late_ms = 0
+
+    def greet(self):
+        # HELLO, twice a second until somebody answers. For the port's loop.
+        if not self.welcomed and (self.port.ticks_ms() - self._said_ms & 0x3FFFFFF) >= HELLO_MS:
+            self._said_ms = self.port.ticks_ms()
+            self.hello()
 
     def hello(self):
         p = self.port

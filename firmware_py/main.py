@@ -2,7 +2,7 @@
 
 import sys
 
-from .limits import HELLO_MS, RX_BYTES
+from .limits import RX_BYTES
 from .collection.states import DONE
 from .device import Device
 
@@ -46,11 +46,8 @@ def main(path):
 
 def serve(device, port, buf):
     # Until the other end closes. Nothing from here on allocates.
-    said_ms = port.ticks_ms() - HELLO_MS
     while True:
-        if not device.welcomed and (port.ticks_ms() - said_ms & 0x3FFFFFF) >= HELLO_MS:
-            said_ms = port.ticks_ms()
-            device.hello()
+        device.greet()
         size = port.read(50)
         if size < 0:
             return

@@ -3,7 +3,7 @@
 
 from protocol.parameters import PARAMETERS
 
-from .limits import HELLO_MS, RX_BYTES
+from .limits import RX_BYTES
 from .collection.states import DONE, FAILED
 from .device import Device
 from .ports.machine import Port
@@ -49,13 +49,10 @@ def tell(core, told):
 
 def serve(device, port, buf, robot):
     # Until the link says that it is over. Nothing from here on allocates.
-    said_ms = port.ticks_ms() - HELLO_MS
     due_ms = port.ticks_ms()
     while True:
+        device.greet()
         now_ms = port.ticks_ms()
-        if not device.welcomed and (now_ms - said_ms & 0x3FFFFFF) >= HELLO_MS:
-            said_ms = now_ms
-            device.hello()
         wait_ms = 50
         if robot is not None:
             wait_ms = (due_ms - now_ms + 0x2000000 & 0x3FFFFFF) - 0x2000000

@@ -1,7 +1,7 @@
 # The firmware on the emulated STM32: as main.py, and it counts what each step costs.
 
 from .ports import tight_heap  # noqa: F401
-from .limits import HELLO_MS, RX_BYTES
+from .limits import RX_BYTES
 from .collection.states import DONE
 from .device import Device
 from .ports.stm32 import Port, PortError
@@ -31,11 +31,8 @@ def main(path):
 
 def serve(device, port, buf):
     # Until the other end closes. Nothing from here on allocates.
-    said_ms = port.ticks_ms() - HELLO_MS
     while True:
-        if not device.welcomed and (port.ticks_ms() - said_ms & 0x3FFFFFF) >= HELLO_MS:
-            said_ms = port.ticks_ms()
-            device.hello()
+        device.greet()
         size = port.read(50)
         if size < 0:
             return

@@ -6,18 +6,13 @@ replayed, 3 when one of the cores failed.
 
 import argparse
 import contextlib
-import sys
 
 from host_tools import core_process
-from host_tools.core_process import CoreError
 from host_tools.differences import at_the_end
 from host_tools.finding import Finding, difference_table
-from host_tools.hil_options import UsageError
 from host_tools.mission import hashes
-from host_tools.processes import signals_as_interrupt
 from host_tools.progress import Progress
-from host_tools.recording import LogUnusable, Recording
-from host_tools.replay import EXIT_DIFFERENT, EXIT_EQUAL, EXIT_USAGE, check_json, hash_text, lead, log_rows, speed, speed_text, write_json
+from host_tools.replay import answered, hash_text, lead, log_rows, speed, speed_text
 from host_tools.side_by_side import SideBySide
 
 
@@ -37,22 +32,11 @@ def target_list(text):
 
 
 def run(args):
-    try:
-        check_json(args.json, args.log)
-        recording = Recording(args.log)
-        with signals_as_interrupt(), contextlib.ExitStack() as cores:
+    def bisected(recording):
+        with contextlib.ExitStack() as cores:
             ports = {name: cores.enter_context(_core(target, args)) for name, target in named(args.targets).items()}
-            result, lines = bisect(recording, ports, Progress())
-    except (UsageError, LogUnusable) as error:
-        print("bisect: %s" % error, file=sys.stderr)
-        return EXIT_USAGE
-    except CoreError as error:
-        print("bisect: %s" % error, file=sys.stderr)
-        return error.code
-    print("\n".join(lines))
-    if not write_json("bisect", args.json, result):
-        return EXIT_USAGE
-    return EXIT_EQUAL if result["equal"] else EXIT_DIFFERENT
+            return bisect(recording, ports, Progress())
+    return answered("bisect", args, bisected)
 
 
 def named(targets):

@@ -33,19 +33,26 @@ def add_arguments(parser):
 
 
 def run(args):
+    def replayed(recording):
+        with core_process.running_core(args.target, args.heap, args.link, anew=True) as port:
+            return replay(recording, args.target, port, Progress())
+    return answered("replay", args, replayed)
+
+
+def answered(command, args, compare):
+    """Exit code of a command that compares a recording with cores: compare(recording) -> (result, lines for people)."""
     try:
         check_json(args.json, args.log)
-        recording = Recording(args.log)
-        with signals_as_interrupt(), core_process.running_core(args.target, args.heap, args.link, anew=True) as port:
-            result, lines = replay(recording, args.target, port, Progress())
+        with signals_as_interrupt():
+            result, lines = compare(Recording(args.log))
     except (UsageError, LogUnusable) as error:
-        print("replay: %s" % error, file=sys.stderr)
+        print("%s: %s" % (command, error), file=sys.stderr)
         return EXIT_USAGE
     except CoreError as error:
-        print("replay: %s" % error, file=sys.stderr)
+        print("%s: %s" % (command, error), file=sys.stderr)
         return error.code
     print("\n".join(lines))
-    if not write_json("replay", args.json, result):
+    if not write_json(command, args.json, result):
         return EXIT_USAGE
     return EXIT_EQUAL if result["equal"] else EXIT_DIFFERENT
 

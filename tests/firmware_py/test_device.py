@@ -197,3 +197,19 @@ def test_nothing_runs_before_the_welcome():
     story = Story(joined=False)
     story.host.epoch = 1
     assert story.step(1) == [] and story.core.tick == 0 and not story.device.welcomed
+
+
+@pytest.mark.parametrize("boot_ms", [0, 1234, (1 << 26) - 700])  # the last: the clock wraps on the way
+def test_hello_is_said_twice_a_second_until_somebody_answers(boot_ms):
+    story = Story(joined=False)
+    story.port.ms = boot_ms
+    said_ms = []
+    for _ in range(2400):
+        story.device.greet()
+        said_ms += [story.port.ms] * len(story.heard())
+        story.port.ms += 1
+    assert said_ms == [boot_ms + k * 500 for k in range(5)]
+    story.join()
+    story.port.ms += 5000
+    story.device.greet()
+    assert story.heard() == []

@@ -162,7 +162,9 @@ def test_whatever_happens_to_a_log_what_it_gives_is_how_it_was(tmp_path_factory,
     for tick, true in zip(ticks, wander()._ticks):
         assert tick.question == true.question and tick.answer in (true.answer, None)
         assert tick.telemetry == true.telemetry[:len(tick.telemetry)]
-    assert recording.damage or len(ticks) == STEPS
+    # What broke off behind a whole record shows no damage: replay says that it ends before its mission did.
+    only_shorter = log == wander().log()[:len(log)]
+    assert recording.damage or len(ticks) == STEPS or only_shorter
 
 
 @pytest.mark.parametrize("data, word", [
