@@ -57,11 +57,11 @@ class Inventory:
         elif index == 13:
             self._buffer(4 * len(link.counters))
         elif index == 14:
-            self._put(core.graph.region_count, REGIONS_MAX, 16, core.graph.lost)
+            self._put(core.graph.region_count, REGIONS_MAX, 12, core.graph.lost)
         elif index == 15:
             self._put(core.graph.node_count, NODES_MAX, 6, 0)
         else:
-            self._put(core.graph.edge_count, EDGES_MAX, 4, 0)
+            self._put(core.graph.edge_count, EDGES_MAX, 2, 0)
 
     def _store(self, store):
         self._put(store.used, store.CAPACITY, store.RECORD_BYTES, store.lost)

@@ -29,6 +29,11 @@ assert NODES_MAX < 255   # 255: no node
 EDGES_MAX = 128          # between them
 assert EDGES_MAX < 256
 
+# u16 that no two need at once: exploring (corners that ways bend round, cells seen), then the gates that may be, then nodes and edges.
+SHARED_MAX = 384
+assert SHARED_MAX >= 2 * NODES_MAX + CELLS_MAX // 16
+assert SHARED_MAX >= 3 * NODES_MAX + EDGES_MAX
+
 ANCHORS_MAX = 32
 
 COORDINATE_MAX_UM = 1 << 29  # 536 m: beyond it the odometry starts again at 0

@@ -71,7 +71,7 @@ def _image(cache, heap_bytes, micropython, progress, mark):
         image_folder.mkdir()
         core = stm32_core.linked(files, mark)
         manifest = stm32_core.write(core, Path(work) / "core")
-        stm32_build.build(tree, manifest, heap_bytes, cache / ("vm-" + vm_key), folder, progress)
+        stm32_build.build(tree, core, manifest, heap_bytes, cache / ("vm-" + vm_key), folder, progress)
         found = stm32_check.examine(folder / "firmware.elf", folder / "frozen_content.c", core, heap_bytes)
         found.update(heap_bytes=heap_bytes, micropython=_version(tree), compiler=stm32_build.compiler())
         shutil.copy2(folder / "firmware.elf", image_folder)

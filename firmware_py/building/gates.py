@@ -14,7 +14,7 @@ _JAMB = const(90)            # 0.45 m: the end of a wall
 _STICK = const(6)            # 3 cm: a neighbour may reach that far past the gate's end
 _OFF = const(5)              # from both ends of a line of sight; and beside it nothing may be,
 _BESIDE = const(2)           # not even the same gate, found once more
-_CANDIDATES = const(128)     # places of the edges that wait for theirs
+_CANDIDATES = const(128)     # three places each of what is shared
 
 
 class Gates:
@@ -25,8 +25,8 @@ class Gates:
     # it cuts off from record i on: `count` records, `area`; the whole ring: `total`. Its ends stand in the store's record `behind`
     # and the next, behind the map.
     #
-    # The candidates stand in the graph's places for edges and nodes, which come later. Full: the shortest stay, the others are
-    # counted in the graph's `lost`. Allocates in __init__ only.
+    # The candidates stand in the graph's `shared`, where nodes and edges come later: width, i and k of each. Full: the shortest stay,
+    # the others are counted in the graph's `lost`. Allocates in __init__ only.
 
     def __init__(self, vectors, sight, graph, rings):
         self.i = 0
@@ -84,35 +84,37 @@ class Gates:
 
     def _keep(self):
         g = self._g
+        s = g.shared
         n = self._n
         if n < _CANDIDATES:
             self._n = n + 1
-            g.nodes[n] = 65535
+            s[n] = 65535
         else:
             g.lost = (g.lost + 1) & 0xFFFF
             n = 0
             for q in range(_CANDIDATES):
-                if g.nodes[q] > g.nodes[n]:
+                if s[q] > s[n]:
                     n = q
-        if g.nodes[n] > self.width:
-            g.edges[2 * n] = self.i
-            g.edges[2 * n + 1] = self.k
-            g.nodes[n] = self.width
+        if s[n] > self.width:
+            s[n] = self.width
+            s[_CANDIDATES + n] = self.i
+            s[2 * _CANDIDATES + n] = self.k
 
     def shortest(self, room):
         # -> False when none is left, or there is one and no room for it
         g = self._g
+        s = g.shared
         n = -1
         for q in range(self._n):
-            if g.nodes[q] and (n < 0 or g.nodes[q] < g.nodes[n]):
+            if s[q] and (n < 0 or s[q] < s[n]):
                 n = q
         if n >= 0 and not room:
             g.lost = (g.lost + 1) & 0xFFFF
         if n < 0 or not room:
             return False
-        g.nodes[n] = 0
-        self.i = g.edges[2 * n]
-        self.k = g.edges[2 * n + 1]
+        s[n] = 0
+        self.i = s[_CANDIDATES + n]
+        self.k = s[2 * _CANDIDATES + n]
         self._find(self.k + 1)
         return True
 

@@ -1,6 +1,7 @@
 # Rooms: the map is cut at its doorways (Paper 4.3).
 from ..fixed import sine, cosine
-from ..storage.region_graph import AREA, COUNT, FIRST, GATE_FIRST, LEARNED, LINES, PARENT, X, Y
+from ..limits import REGIONS_MAX
+from ..storage.region_graph import AREA, COUNT, FIRST, GATE_FIRST, LEARNED, LINES, PARENT
 from ..storage.vector_store import BARRIER, CHAIN_END, LONG, SEARCHED
 from .gates import Gates
 from .rings import Rings
@@ -64,7 +65,7 @@ class Partition:
             return
         self._phase = _COLLECT
         i = v.firsts[c]
-        for n in range(8):
+        for n in range(6):
             g.regions[n] = 0
         n = self.rings.count(i, self.rings.beside(i, -1))
         g.regions[FIRST] = i
@@ -81,7 +82,7 @@ class Partition:
         v = self._v
         n = self._gate_chains
         self._gates.behind = v.used + 2 * n
-        return v.used + 2 * n + 2 <= len(v.xs) and v.chains + n < len(v.kinds) and self._g.region_count < len(self._g.regions) // 8
+        return v.used + 2 * n + 2 <= len(v.xs) and v.chains + n < len(v.kinds) and self._g.region_count < REGIONS_MAX
 
     def step(self):
         # -> True when the work is done
@@ -120,16 +121,10 @@ class Partition:
     def _where(self):
         # Where the gate stands.
         v = self._v
-        g = self._g
         gate = self._gates
-        r = 8 * g.region_count
-        x = v.xs[gate.i] + gate.x >> 1
-        y = v.ys[gate.i] + gate.y >> 1
-        g.regions[r + X] = x & 0xFFFF
-        g.regions[r + Y] = y & 0xFFFF
         wall_ends = gate.wall_ends(gate.i) or not gate.foot and gate.wall_ends(gate.k)
         self._square = gate.width * (_OPEN if wall_ends else _PLAIN) >> 5
-        self._parent = self.region_of(x, y)
+        self._parent = self.region_of(v.xs[gate.i] + gate.x >> 1, v.ys[gate.i] + gate.y >> 1)
         self._inside = v.kinds[v.chain_of(gate.i)] & BARRIER
         self._phase = _CUT
 
@@ -140,12 +135,12 @@ class Partition:
         gate = self._gates
         self._phase = _CHOOSE
         p = self._parent
-        r = 8 * g.region_count
+        r = 6 * g.region_count
         area = gate.area
         if self._inside:
             other = area < 0
         elif p:  # within its parent's range
-            other = self.rings.count(g.regions[8 * p + FIRST], gate.i) + gate.count - 1 > g.regions[8 * p + COUNT]
+            other = self.rings.count(g.regions[6 * p + FIRST], gate.i) + gate.count - 1 > g.regions[6 * p + COUNT]
         else:
             other = area > gate.total - area
         flags = p if other else p | GATE_FIRST
@@ -161,9 +156,9 @@ class Partition:
         g.regions[r + PARENT] = flags
         area = area // 50
         for q in range(1, g.region_count):
-            if self._holds(g.region_count, g.at(g.regions, 8 * q + X), g.at(g.regions, 8 * q + Y)):
-                area -= g.regions[8 * q + AREA]
-        if area < _ROOM_MIN or g.regions[8 * p + AREA] - area < _ROOM_MIN:
+            if self._holds(g.region_count, self.middle(v.xs, q), self.middle(v.ys, q)):
+                area -= g.regions[6 * q + AREA]
+        if area < _ROOM_MIN or g.regions[6 * p + AREA] - area < _ROOM_MIN:
             return
         g.regions[r + AREA] = area
         n = gate.behind
@@ -182,37 +177,42 @@ class Partition:
         r = 0
         q = 1
         while q < g.region_count:
-            if g.regions[8 * q + PARENT] & 255 == r and self._holds(q, x, y):
+            if g.regions[6 * q + PARENT] & 255 == r and self._holds(q, x, y):
                 r = q
                 q = 0
             q += 1
         return r
 
+    def middle(self, of, r):
+        # x or y (of the vectors' xs or ys) of the middle of region r's gate, as it stands behind the map.
+        n = self._v.used + 2 * r - 2
+        return of[n] + of[n + 1] >> 1
+
     def _holds(self, r, x, y):
         g = self._g.regions
-        self.rings.enclosed(g[8 * r + FIRST], g[8 * r + COUNT], self._v.used + 2 * r - 1, x, y)
+        self.rings.enclosed(g[6 * r + FIRST], g[6 * r + COUNT], self._v.used + 2 * r - 1, x, y)
         return self.rings.crossed & 1
 
     def _walk(self, r, phase):
         # Along the records of region r.
         self._phase = phase
         self._side = r
-        self._at = self._g.regions[8 * r + FIRST]
-        self._left = self._g.regions[8 * r + COUNT] + (r == 0)  # the ring's last vector leads to the first record
+        self._at = self._g.regions[6 * r + FIRST]
+        self._left = self._g.regions[6 * r + COUNT] + (r == 0)  # the ring's last vector leads to the first record
         self._on(0)
 
     def _on(self, n):
         # To the n-th next record of the region; a child's range is passed over.
         g = self._g
-        size = g.regions[8 * self._side + COUNT]
+        size = g.regions[6 * self._side + COUNT]
         again = True
         while again:
             self._at = self.rings.ahead(self._at, n)
             self._left -= n
             n = 1
             for q in range(1, g.region_count + (self._phase == _TRY)):
-                count = g.regions[8 * q + COUNT]
-                if g.regions[8 * q + FIRST] == self._at and n < count <= self._left and count < size:
+                count = g.regions[6 * q + COUNT]
+                if g.regions[6 * q + FIRST] == self._at and n < count <= self._left and count < size:
                     n = count
             again = n > 1
             n -= 1
@@ -248,13 +248,14 @@ class Partition:
         return fits
 
     def _accept(self):
+        v = self._v
         g = self._g
         r = g.region_count
         p = self._parent
         for q in range(1, r):
-            if g.regions[8 * q + PARENT] & 255 == p and self._holds(r, g.at(g.regions, 8 * q + X), g.at(g.regions, 8 * q + Y)):
-                g.regions[8 * q + PARENT] += r - p
-        g.regions[8 * p + AREA] -= g.regions[8 * r + AREA]
+            if g.regions[6 * q + PARENT] & 255 == p and self._holds(r, self.middle(v.xs, q), self.middle(v.ys, q)):
+                g.regions[6 * q + PARENT] += r - p
+        g.regions[6 * p + AREA] -= g.regions[6 * r + AREA]
         if p == 0 and not self._inside and self.rings.count(self._first, g.regions[FIRST]) < self._count:
             g.regions[FIRST] = self.rings.ahead(self._first, self._count - 1)  # outside of its children
         g.region_count = r + 1
@@ -274,8 +275,8 @@ class Partition:
     def _line(self, r, i):
         g = self._g.regions
         n = 1 if self._v.flags[i] & LONG else 256
-        if g[8 * r + LINES] // n & 255 < 255:
-            g[8 * r + LINES] += n
+        if g[6 * r + LINES] // n & 255 < 255:
+            g[6 * r + LINES] += n
 
     def _place_island(self):
         # A barrier's region: its area is no floor.
@@ -290,10 +291,10 @@ class Partition:
         if v.kinds[c] & BARRIER and v.counts[c]:
             i = v.firsts[c]
             r = self.region_of(v.xs[i], v.ys[i])
-            while r and v.chain_of(g[8 * r + FIRST]) == c:
-                r = g[8 * r + PARENT] & 255
+            while r and v.chain_of(g[6 * r + FIRST]) == c:
+                r = g[6 * r + PARENT] & 255
             v.kinds[c] = v.kinds[c] & 7 | r << 3
             area = self.rings.enclosed(i, v.counts[c], i, 0, 0) // 50
-            g[8 * r + AREA] = max(0, g[8 * r + AREA] + min(area, 0))
+            g[6 * r + AREA] = max(0, g[6 * r + AREA] + min(area, 0))
             for k in range(v.counts[c]):
                 self._line(r, i + k)

@@ -93,8 +93,8 @@ def look(xs, ys, flags, firsts, counts, kinds, scope):
 
 class Sight:
     # Reads the store as it stands; coordinates in mm of the map, kept within +-160 m. A way over 80 m is not clear: ask for
-    # it in pieces. clear() looks at the strip between both ends, not beyond them. `scope` tells after clear() or ahead() what was met
-    # (see above). Allocates in __init__ only.
+    # it in pieces. clear() looks at the strip between both ends, not beyond them. `scope` tells after met() what was met (see above).
+    # Allocates in __init__ only.
 
     def __init__(self, vectors):
         self.scope = array("i", bytes(36))
@@ -102,9 +102,13 @@ class Sight:
         self._vectors = vectors
 
     def clear(self, x0_mm, y0_mm, x1_mm, y1_mm, margin_mm):
-        x = x0_mm // 5
-        y = y0_mm // 5
-        return self.met(x, y, x1_mm // 5 - x, y1_mm // 5 - y, margin_mm // 5, 1) == 0
+        return self.free(x0_mm // 5, y0_mm // 5, x1_mm // 5, y1_mm // 5, margin_mm // 5)
+
+    def free(self, x0, y0, x1, y1, half):
+        # clear(), in map units. Both ends tell the same: the look begins at the lower one.
+        if x1 < x0 or x1 == x0 and y1 < y0:
+            return self.met(x1, y1, x0 - x1, y0 - y1, half, 1) == 0
+        return self.met(x0, y0, x1 - x0, y1 - y0, half, 1) == 0
 
     def inside(self, x_mm, y_mm):
         return self.met(x_mm // 5, y_mm // 5, _FAR, 0, 0, 0) & 1 == 1

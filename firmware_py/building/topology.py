@@ -1,7 +1,8 @@
 # Turning nodes and the ways between them (Paper 4.4): the middle of each gate, and corners from which other nodes are seen.
 
 from ..fixed import isqrt, sine, cosine
-from ..storage.region_graph import COUNT, FIRST, GATE_FIRST, PARENT, X, Y
+from ..limits import EDGES_MAX, NODES_MAX
+from ..storage.region_graph import ABOUT, COUNT, EDGES, FIRST, GATE_FIRST, PARENT
 
 _REFLEX = const(-4551)       # 25 degrees to the right
 _PUSH = const(60)            # map units of 5 mm: a node stands 0.3 m off its corner, in a narrow passage in the middle
@@ -40,7 +41,7 @@ class Topology:
         self._g = graph
         self._rings = partition.rings
         self._partition = partition
-        self._labels = bytearray(64)   # nodes with the same one are joined
+        self._labels = graph.marks     # nodes with the same one are joined
         self._phase = _DONE
         self._i = 0       # gate, corner, or node of a pair
         self._n = -1      # node that is looked at from there
@@ -94,8 +95,8 @@ class Topology:
         self._new = -1
         if self._phase == _GATES:
             if self._i < g.region_count:
-                self._x = g.at(g.regions, 8 * self._i + X)
-                self._y = g.at(g.regions, 8 * self._i + Y)
+                self._x = self._partition.middle(self._v.xs, self._i)
+                self._y = self._partition.middle(self._v.ys, self._i)
                 self._stand()
                 self._n = 0
                 return
@@ -156,10 +157,10 @@ class Topology:
         self._n = k + 1
         if k >= g.node_count:
             if self._sees == 0 and self._new < 0 and self._passes < 2:
-                if self._passes == 0 or 3 * (g.node_count + _SPARE) < len(g.nodes):
+                if self._passes == 0 or g.node_count + _SPARE < NODES_MAX:
                     self._stand()
             self._n = -1
-        elif self._is_free(g.at(g.nodes, 3 * n), g.at(g.nodes, 3 * n + 1)):
+        elif self._is_free(g.at(2 * n), g.at(2 * n + 1)):
             self._sees += 1
             self._likely = n
             if self._new >= 0:
@@ -179,19 +180,19 @@ class Topology:
             self._sees += 1
 
     def _is_free(self, x, y):
-        return self._sight.met(self._x, self._y, x - self._x, y - self._y, self.margin, 1) == 0
+        return self._sight.free(self._x, self._y, x, y, self.margin)
 
     def aside(self, n, x, y):
         # -> whether node n is a gate's; the point before it on the side of (x, y)
         g = self._g
         if n + 1 >= g.region_count:
             return False
-        r = 8 * n + 8
+        r = 6 * n + 6
         i = g.regions[r + FIRST]
         if not g.regions[r + PARENT] & GATE_FIRST:
             i = self._rings.ahead(i, g.regions[r + COUNT] - 1)
-        mx = g.at(g.regions, r + X)
-        my = g.at(g.regions, r + Y)
+        mx = g.at(2 * n)
+        my = g.at(2 * n + 1)
         ux = mx - self._v.xs[i]
         uy = my - self._v.ys[i]
         far = isqrt(ux * ux + uy * uy) + 1
@@ -205,12 +206,12 @@ class Topology:
         # A node here.
         g = self._g
         n = g.node_count
-        if 3 * n == len(g.nodes):
+        if n == NODES_MAX:
             g.lost = (g.lost + 1) & 0xFFFF
             return
-        g.nodes[3 * n] = self._x & 0xFFFF
-        g.nodes[3 * n + 1] = self._y & 0xFFFF
-        g.nodes[3 * n + 2] = g.edge_count  # none yet
+        g.shared[2 * n] = self._x & 0xFFFF
+        g.shared[2 * n + 1] = self._y & 0xFFFF
+        g.shared[ABOUT + n] = g.edge_count  # none yet
         g.node_count = n + 1
         self._labels[n] = n
         self._parts += 1
@@ -234,38 +235,30 @@ class Topology:
         if b >= g.node_count:
             self._i = a + 1
             self._n = a + 2
-            if a + 2 >= g.node_count or 2 * g.edge_count == len(g.edges):
+            if a + 2 >= g.node_count or g.edge_count == EDGES_MAX:
                 self._phase = _DONE
             return
         self._n = b + 1
-        x = g.at(g.nodes, 3 * a)
-        y = g.at(g.nodes, 3 * a + 1)
-        if self._sight.met(x, y, g.at(g.nodes, 3 * b) - x, g.at(g.nodes, 3 * b + 1) - y, self.margin, 1) == 0:
+        if self._sight.free(g.at(2 * a), g.at(2 * a + 1), g.at(2 * b), g.at(2 * b + 1), self.margin):
             self._link(a, b)
 
     def _link(self, a, b):
         # An edge at node a, the lower one, if there is none; the others make room.
         g = self._g
-        first = g.nodes[3 * a + 2] & 255
-        for k in range(first, first + (g.nodes[3 * a + 2] >> 8)):
-            if g.edges[2 * k] & 255 == b:
-                return True
-        if 2 * g.edge_count == len(g.edges):
+        s = g.shared
+        if g.edge(a, b) >= 0:
+            return True
+        if g.edge_count == EDGES_MAX:
             return False
-        k = 2 * g.edge_count + 1
-        while k > 2 * first + 1:
-            g.edges[k] = g.edges[k - 2]
+        first = s[ABOUT + a] & 255
+        behind = EDGES + first + (s[ABOUT + a] >> 8)  # node a's edges, those to lower nodes first
+        k = EDGES + g.edge_count
+        while k > behind or k > EDGES + first and s[k - 1] & 255 > b:
+            s[k] = s[k - 1]
             k -= 1
         g.edge_count += 1
-        for k in range(g.node_count):
-            if k == a:
-                g.nodes[3 * k + 2] += 256
-            elif g.nodes[3 * k + 2] & 255 > first or k > a and g.nodes[3 * k + 2] & 255 == first:
-                g.nodes[3 * k + 2] += 1
-        x = g.at(g.nodes, 3 * a)
-        y = g.at(g.nodes, 3 * a + 1)
-        dx = g.at(g.nodes, 3 * b) - x
-        dy = g.at(g.nodes, 3 * b + 1) - y
-        g.edges[2 * first] = b | self._partition.region_of(x + dx // 2, y + dy // 2) << 8
-        g.edges[2 * first + 1] = isqrt(dx * dx + dy * dy) + 2 >> 1  # cm, never less than it is
+        s[ABOUT + a] += 256
+        for n in range(a + 1, g.node_count):
+            s[ABOUT + n] += 1
+        s[k] = b | self._partition.region_of(g.at(2 * a) + g.at(2 * b) >> 1, g.at(2 * a + 1) + g.at(2 * b + 1) >> 1) << 8
         return True

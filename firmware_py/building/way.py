@@ -1,19 +1,30 @@
-# The shortest way on the map: over the corners that free space bends round, as far as they see one another.
+# The shortest way from place to place (Paper 4.4), by A* within fixed memory: over the turning nodes once the map is built; before
+# that over the corners that free space bends round, as far as they see one another.
 
 from array import array
 from ..fixed import isqrt, polar, sine, cosine
 from ..limits import NODES_MAX
+from ..storage.vector_store import BARRIER, CHAIN_END
 
-_CHAIN_END = const(8)          # storage/vector_store.py
-_BARRIER = const(1)
 _OFF_MM = const(270)           # from the corner into free space; half the passage where it is narrow
 _OFF_LEAST_MM = const(190)
-_BODY_MM = const(190)          # to the next wall, along a way
-_TIGHT_MM = const(172)         # where there is no other
+_BODY = const(38)              # map units of 5 mm: to the next wall, along a way
+_TIGHT = const(34)             # where there is no other
 _MERGE = const(60)             # 30 cm: two corners that near share a node
 _SMALL = const(100)            # 50 cm: round a smaller barrier nobody plans a way
-_SIGHTS = const(12)            # looks from node to node, a tick
+_STOP_CM = const(8)            # a stop and a turn on the way over corners cost as much
+_LONGEST = const(11000)        # map units: 55 m at a stretch
 _UNREACHED = const(65535)
+_CLOSED = const(128)           # a mark: the node's own way is known; the lower bits are the next node on it
+
+# what a tick does: so many of a comparison with a node; a look along a way and the choice of a node cost as much as
+_WORK = const(160)
+_LOOK = const(14)
+_CHOICE = const(50)
+
+# the two ends, beside the nodes
+GOAL = NODES_MAX
+START = NODES_MAX + 1
 
 # what step() says
 BUSY = 0
@@ -22,39 +33,51 @@ NONE = 2
 
 
 class Way:
-    # build() in slices until True, whenever the map has changed; begin(from, to), step() until it does not say BUSY;
-    # then next() leaves the places to pass one by one in x_mm, y_mm until False: the goal itself comes last.
-    # Nodes: x, y int16 in map units; cost u16 in cm to the goal, parent u8. Node 0 is the goal, node 1 the start.
+    # build() in slices until True, whenever the map has changed; begin(from, to in mm), step() until it does not say BUSY; then
+    # length_cm is known, and next() leaves the places to pass one by one in x_mm, y_mm until False: the goal itself comes last.
+    #
+    # The search runs from the goal to the start, so that each node knows the next one of its way. What may be left is taken for the
+    # longer side of the box between: never more than it is, and it never falls by more than a way is long.
+    # Over corners a leg costs 8 cm more than its length, and if there is no way with 19 cm beside it, one with 17 cm will do.
+    # Over turning nodes, a gate's counts as seen from a place that sees the point before the gate, Topology.aside(): that is passed, too.
+    #
+    # Corners: x, y in the graph's shared places, where the nodes come later; marks u8; here cost u16 in cm to the goal.
     # Full: later corners are left out and counted in `lost`. Allocates in __init__ only.
 
-    CAPACITY = NODES_MAX
-    RECORD_BYTES = 7
-
-    def __init__(self, vectors, sight):
-        self.xs = array("h", bytes(2 * NODES_MAX))
-        self.ys = array("h", bytes(2 * NODES_MAX))
-        self.costs = array("H", bytes(2 * NODES_MAX))
-        self.parents = bytearray(NODES_MAX)
-        self.used = 2
+    def __init__(self, vectors, sight, graph, topology):
+        self._costs = array("H", bytes(2 * NODES_MAX + 4))
+        self._marks = graph.marks
+        self.used = 0
         self.lost = 0
+        self.length_cm = 0
         self.x_mm = 0
         self.y_mm = 0
         self._vectors = vectors
         self._sight = sight
+        self._g = graph
+        self._topology = topology
         self._built = -1        # generation of the map that the nodes are of
         self._chain = 0
-        self._here = 0          # node that the robot goes to
-        self._body_mm = _BODY_MM
+        self._here = GOAL       # node that the robot goes to
+        self._beside = False    # it goes to the point before that one, or before the one it came from
+        self._margin = 0
         self._at = 0            # node being settled, and the one it looks at
         self._to = 0
+        self._x0 = 0            # the ends
+        self._y0 = 0
+        self._x1 = 0
+        self._y1 = 0
 
     def build(self):
         # The corners of one chain a call. -> True when the nodes are those of the present map
         v = self._vectors
+        if self._g.ready:
+            self.used = self._g.node_count
+            return True
         if self._built == v.generation:
             return True
         if self._chain == 0:
-            self.used = 2
+            self.used = 0
         c = self._chain
         if c >= v.chains:
             self._built = v.generation
@@ -63,88 +86,145 @@ class Way:
         self._chain = c + 1
         first = v.firsts[c]
         last = first + v.counts[c] - 1
-        if not v.kinds[c] & _BARRIER or self._large(first, last):
-            closed = not v.flags[last] & _CHAIN_END
+        if not v.kinds[c] & BARRIER or self._large(first, last):
+            closed = not v.flags[last] & CHAIN_END
             for i in range(first, last + 1):
                 if first < i < last or closed:
                     self._corner(i - 1 if i > first else last, i, i + 1 if i < last else first)
         return False
 
     def begin(self, x0_mm, y0_mm, x1_mm, y1_mm):
-        self._body_mm = _BODY_MM
-        self.xs[0] = x1_mm // 5
-        self.ys[0] = y1_mm // 5
-        self.xs[1] = x0_mm // 5
-        self.ys[1] = y0_mm // 5
-        self._restart()
+        self._x0 = x0_mm // 5
+        self._y0 = y0_mm // 5
+        self._x1 = x1_mm // 5
+        self._y1 = y1_mm // 5
+        self._restart(self._topology.margin if self._g.ready else _BODY)
 
-    def _restart(self):
-        for i in range(self.used):
-            self.costs[i] = _UNREACHED
-            self.parents[i] = 0
-        self.costs[0] = 0
-        self._at = 0
-        self._to = 1
+    def _restart(self, margin):
+        self._margin = margin
+        self.length_cm = _UNREACHED
+        for n in range(NODES_MAX + 2):
+            self._costs[n] = _UNREACHED
+            self._marks[n] = 0
+        self._here = GOAL
+        self._beside = False
+        self._costs[GOAL] = 0
+        self._to = -1
 
     def step(self):
-        # Dijkstra from the goal on; a settled node has bit 7 in its parent.
-        sights = _SIGHTS
-        while sights:
+        work = _WORK
+        while work > 0:
+            if self._to < 0:
+                work -= _CHOICE
+                a = self._at = self._hopeful()
+                if a < 0:
+                    if self._g.ready or self._margin == _TIGHT:
+                        return NONE
+                    self._restart(_TIGHT)
+                    return BUSY
+                if a == START:
+                    self.length_cm = self._costs[START]
+                    self._here = START
+                    return FOUND
+                self._marks[a] |= _CLOSED
+                self._to = START
             a = self._at
             b = self._to
-            if b == self.used:
-                self.parents[a] |= 128
-                a = self._nearest()
-                if a < 0:
-                    if self._body_mm == _TIGHT_MM:
-                        return NONE
-                    self._body_mm = _TIGHT_MM
-                    self._restart()
-                    return BUSY
-                if a == 1:
-                    self._here = 1
-                    return FOUND
-                self._at = a
-                self._to = 1
-                continue
-            self._to = b + 1
-            if self.parents[b] & 128 or b == a:
-                continue
-            dx = self.xs[b] - self.xs[a]
-            dy = self.ys[b] - self.ys[a]
-            if not (-11000 < dx < 11000 and -11000 < dy < 11000):
-                continue
-            cost = self.costs[a] + (isqrt(dx * dx + dy * dy) >> 1) + 8  # a stop and a turn cost some way
-            if cost < self.costs[b]:
-                sights -= 1
-                x = self.xs[a] * 5
-                y = self.ys[a] * 5
-                if self._sight.clear(x, y, x + dx * 5, y + dy * 5, self._body_mm):
-                    self.costs[b] = cost
-                    self.parents[b] = a
+            self._to = b - 1 if b < GOAL else self.used - 1  # the start first, then the nodes from the last one on
+            work -= 1
+            if not self._marks[b] & _CLOSED:
+                work -= self._relax(a, b)
         return BUSY
+
+    def _relax(self, a, b):
+        # Is it shorter from b over a? -> how much work it was to see that
+        cost = self._leg(a, b)
+        if cost == _UNREACHED or self._costs[a] + cost >= self._costs[b]:
+            return 0
+        work = 1
+        if not self._passes(a, b):
+            work = _LOOK
+            if not self._free(a, b):
+                work = 2 * _LOOK
+                cost = self._around(a, b)
+        if self._costs[a] + cost < self._costs[b]:
+            self._costs[b] = self._costs[a] + cost
+            self._marks[b] = a
+        return work
+
+    def _passes(self, a, b):
+        # Of two turning nodes the edges tell; else one has to look: _free().
+        return self._g.ready and a < GOAL and b < GOAL
+
+    def _leg(self, a, b):
+        # cm straight on, never less than it is; of two turning nodes only if an edge joins them.
+        if self._passes(a, b) and self._g.edge(a, b) < 0:
+            return _UNREACHED
+        return self._cm(self._x(a) - self._x(b), self._y(a) - self._y(b))
+
+    def _cm(self, dx, dy):
+        if not (-_LONGEST < dx < _LONGEST and -_LONGEST < dy < _LONGEST):
+            return _UNREACHED
+        return (isqrt(dx * dx + dy * dy) + 2 >> 1) + (0 if self._g.ready else _STOP_CM)
+
+    def _free(self, a, b):
+        return self._sight.free(self._x(a), self._y(a), self._x(b), self._y(b), self._margin)
+
+    def _around(self, a, b):
+        # cm past the point before a gate, of which a or b is the node and the other an end.
+        t = self._topology
+        if a < GOAL:
+            a, b = b, a
+        x = self._x(a)
+        y = self._y(a)
+        cost = _UNREACHED
+        if self._g.ready and b < GOAL and t.aside(b, x, y):
+            if self._sight.free(x, y, t.aside_x, t.aside_y, self._margin):
+                if self._sight.free(t.aside_x, t.aside_y, self._x(b), self._y(b), self._margin):
+                    cost = self._cm(x - t.aside_x, y - t.aside_y) + self._cm(t.aside_x - self._x(b), t.aside_y - self._y(b))
+        return cost
 
     def next(self):
         # -> whether there is one more place to go to
-        if self._here == 0:
+        n = self._here
+        if n == GOAL:
             return False
-        self._here = self.parents[self._here] & 127
-        self.x_mm = self.xs[self._here] * 5
-        self.y_mm = self.ys[self._here] * 5
+        to = self._marks[n] & ~_CLOSED
+        self._beside = not self._beside and not self._passes(n, to) and not self._free(n, to)
+        if self._beside:
+            gate, end = (to, n) if n == START else (n, to)
+            self._topology.aside(gate, self._x(end), self._y(end))
+            self.x_mm = self._topology.aside_x * 5
+            self.y_mm = self._topology.aside_y * 5
+        else:
+            self._here = to
+            self.x_mm = self._x(to) * 5
+            self.y_mm = self._y(to) * 5
         return True
 
     def last(self):
         # Whether the place is the goal.
-        return self._here == 0
+        return self._here == GOAL
 
-    def _nearest(self):
+    def _hopeful(self):
+        # The node that the shortest way may lead over.
         best = -1
         least = _UNREACHED
-        for i in range(1, self.used):
-            if self.costs[i] < least and not self.parents[i] & 128:
-                least = self.costs[i]
-                best = i
+        n = 0 if self.used else GOAL
+        while n <= START:
+            if self._costs[n] < least and not self._marks[n] & _CLOSED:
+                hope = self._costs[n] + (max(abs(self._x(n) - self._x0), abs(self._y(n) - self._y0)) >> 1)
+                if hope < least:
+                    least = hope
+                    best = n
+            n = n + 1 if n + 1 < self.used else max(n + 1, GOAL)
         return best
+
+    def _x(self, n):
+        return self._g.at(2 * n) if n < GOAL else self._x1 if n == GOAL else self._x0
+
+    def _y(self, n):
+        return self._g.at(2 * n + 1) if n < GOAL else self._y1 if n == GOAL else self._y0
 
     def _large(self, first, last):
         v = self._vectors
@@ -172,16 +252,16 @@ class Way:
 
     def _place(self, x, y):
         # A node at x, y, unless there is one near. -> False: the robot does not fit in there
-        if not self._sight.clear(x * 5 - _TIGHT_MM, y * 5, x * 5 + _TIGHT_MM, y * 5, _TIGHT_MM):
+        if not self._sight.free(x - _TIGHT, y, x + _TIGHT, y, _TIGHT):
             return False
-        for k in range(2, self.used):
-            if abs(self.xs[k] - x) < _MERGE and abs(self.ys[k] - y) < _MERGE:
+        for k in range(self.used):
+            if abs(self._x(k) - x) < _MERGE and abs(self._y(k) - y) < _MERGE:
                 return True
-        if self.used == NODES_MAX:
+        if self.used == NODES_MAX or not (-32768 <= x <= 32767 and -32768 <= y <= 32767):
             self.lost = self.lost + 1 & 0xFFFF
         else:
-            self.xs[self.used] = x
-            self.ys[self.used] = y
+            self._g.shared[2 * self.used] = x & 0xFFFF
+            self._g.shared[2 * self.used + 1] = y & 0xFFFF
             self.used += 1
         return True
 

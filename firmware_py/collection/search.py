@@ -1,7 +1,7 @@
 # What is still to be looked at when the outline is known: barriers seen in passing, then places that no sensor has seen.
 
 from ..fixed import polar
-from ..limits import CELLS_MAX
+from ..limits import CELLS_MAX, NODES_MAX
 from .traveller import ARRIVED, LOST
 
 _CELL_MM = const(370)          # the beams see 36 cm to the left of the centre and 42 cm to the right
@@ -31,11 +31,11 @@ class Search:
     # deals with the target that it came from, chooses the next and sends the explorer there, along the way's corners where
     # there is no straight one. note() takes hits on the way, passing() where the robot is. The cells, squares of 74 cm or
     # more, so that CELLS_MAX bits cover the outline's bounding box; a bit is set when the cell is seen, known to be no
-    # free space, or unreachable. Allocates in __init__ only.
+    # free space, or unreachable; `shared`: the bits stand in there behind the way's corners. Allocates in __init__ only.
 
-    def __init__(self, vectors, sight, barriers, way):
+    def __init__(self, vectors, sight, barriers, way, shared):
         self.barriers = barriers
-        self.seen = bytearray(CELLS_MAX // 8)
+        self._seen = shared
         self.x_mm = 0
         self.y_mm = 0
         self.sweep = True
@@ -210,7 +210,7 @@ class Search:
     def finish(self, good):
         # The target is reached and dealt with, or cannot be reached.
         if self.kind == PLACE:
-            self.seen[self._target >> 3] |= 1 << (self._target & 7)
+            self._see(self._target)
         elif self.kind == BARRIER:
             marks = self.barriers.marks
             marks[self._target] += 2 if good else 1
@@ -231,10 +231,12 @@ class Search:
     def _is_seen(self, i, j):
         if 0 <= i < self._columns and 0 <= j < self._rows:
             n = j * self._columns + i
-            return self.seen[n >> 3] >> (n & 7) & 1
+            return self._seen[2 * NODES_MAX + (n >> 4)] >> (n & 15) & 1
         return 1
 
     def _mark(self, i, j):
         if 0 <= i < self._columns and 0 <= j < self._rows:
-            n = j * self._columns + i
-            self.seen[n >> 3] |= 1 << (n & 7)
+            self._see(j * self._columns + i)
+
+    def _see(self, n):
+        self._seen[2 * NODES_MAX + (n >> 4)] |= 1 << (n & 15)

@@ -107,13 +107,24 @@ class MapImage:
                 return s.firsts[n] >> 8 * i & 255
             return s.counts[n] if i == 2 else s.kinds[n]
         i -= self._chains * _CHAIN
+        g = self._graph
         if i < self._regions * _REGION:
-            return self._graph.regions[i >> 1] >> 8 * (i & 1) & 255
+            n = i // _REGION
+            k = (i - n * _REGION) >> 1
+            if k == 3 or k == 4:
+                value = g.shared[2 * n - 2 + k - 3] if n else 0
+            else:
+                value = g.regions[6 * n + (k if k < 3 else k - 2)]
+            return value >> 8 * (i & 1) & 255
         i -= self._regions * _REGION
         if i < self._nodes * _NODE:
-            return self._graph.nodes[i >> 1] >> 8 * (i & 1) & 255
+            n = i // _NODE
+            k = (i - n * _NODE) >> 1
+            return g.shared[2 * n + k if k < 2 else 128 + n] >> 8 * (i & 1) & 255
         i -= self._nodes * _NODE
         if i < self._edges * _EDGE:
-            return self._graph.edges[i >> 1] >> 8 * (i & 1) & 255
+            n = i // _EDGE
+            i -= n * _EDGE
+            return g.shared[192 + n] >> 8 * i & 255 if i < 2 else 0
         i -= self._edges * _EDGE
         return self.crc[i >> 1] >> 8 * (i & 1) & 255

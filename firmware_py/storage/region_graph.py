@@ -1,33 +1,38 @@
 # What the map means: its regions, its turning nodes, and the ways between them (Paper 4.3, 4.4, Fig. 1).
 
 from array import array
-from ..limits import EDGES_MAX, NODES_MAX, REGIONS_MAX
+from ..limits import EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
 
-# a region's eight places in `regions`
+# a region's six places in `regions`
 FIRST = 0      # record of the vector store that its range begins with
 COUNT = 1      # records in it, along the ring that FIRST is of (the outline, or one barrier); it may pass the ring's last one
 AREA = 2       # of its free floor, dm2
-X = 3          # middle of its gate, map units, int16; region 0 has none
-Y = 4
-LINES = 5      # long vectors | short ones << 8: how often a region is to be explored comes from them
-PARENT = 6     # region on the gate's other side | flags << 8
-LEARNED = 7    # change rate | times to explore << 8
+LINES = 3      # long vectors | short ones << 8: how often a region is to be explored comes from them
+PARENT = 4     # region on the gate's other side | flags << 8
+LEARNED = 5    # change rate | times to explore << 8
 
 GATE_FIRST = 256   # flag: the gate begins at the range's first record, not at its last
 
+# where things begin in `shared`
+ABOUT = 2 * NODES_MAX
+EDGES = 3 * NODES_MAX
+assert EDGES + EDGES_MAX <= SHARED_MAX
+
 
 class RegionGraph:
-    # regions  8 u16   the above: 16 B. Region 0 is all that no other one is. A gate leads from a record, the range's first or last, to the
-    #                  point as far beyond its middle; that point and the range are the region's border. What lies in a child's
-    #                  range is the child's.
-    # nodes    3 u16   x, y in map units (int16), first of its edges | how many << 8: 6 B
-    # edges    2 u16   the other node | region << 8, cost in cm: 4 B. An edge stands once, at the node of the lower number.
-    # Full: what comes is refused and counted in `lost`. Allocates in __init__ only. Written by Partition and Topology.
+    # regions  6 u16   the above: 12 B. Region 0 is all that no other one is. The gate of region r leads from a record, the range's first
+    #                  or last, to the point as far beyond its middle, which is node r - 1; that point and the range are the region's
+    #                  border. What lies in a child's range is the child's.
+    # shared   nodes: x, y in map units (int16) at 2 n; first edge | how many << 8 at ABOUT + n: 6 B
+    #          edges: the other node | region << 8 at EDGES + k: 2 B. An edge stands once, at the node of the lower number, and costs
+    #          cost(a, b), cm.
+    # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates; `marks` is of Topology
+    # while it works, of Way afterwards and before. Full: what comes is refused and counted in `lost`. Allocates in __init__ only.
 
     def __init__(self):
-        self.regions = array("H", bytes(16 * REGIONS_MAX))
-        self.nodes = array("H", bytes(6 * NODES_MAX))
-        self.edges = array("H", bytes(4 * EDGES_MAX))
+        self.regions = array("H", bytes(12 * REGIONS_MAX))
+        self.shared = array("H", bytes(2 * SHARED_MAX))
+        self.marks = bytearray(NODES_MAX + 2)
         self.region_count = 0
         self.node_count = 0
         self.edge_count = 0
@@ -40,6 +45,18 @@ class RegionGraph:
         self.node_count = 0
         self.edge_count = 0
 
-    def at(self, places, i):
-        # regions[i] or nodes[i], a coordinate, with its sign.
-        return (places[i] ^ 32768) - 32768
+    def at(self, i):
+        # shared[i], a coordinate, with its sign.
+        return (self.shared[i] ^ 32768) - 32768
+
+    def edge(self, a, b):
+        # Where the edge of two nodes stands, -1 if there is none.
+        if a > b:
+            a, b = b, a
+        k = EDGES + (self.shared[ABOUT + a] & 255)
+        end = k + (self.shared[ABOUT + a] >> 8)
+        while k < end:
+            if self.shared[k] & 255 == b:
+                return k
+            k += 1
+        return -1

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from host_tools.linker.inliner import inline
 from host_tools.linker.reach import reachable
 from host_tools.linker.rewriter import Rewriter
+from host_tools.linker.settled import settle
 from host_tools.linker.unit import BUILTIN, LinkError, Units, bound
 
 __all__ = ("Linked", "LinkError", "link")
@@ -38,6 +39,7 @@ def link(files, entry, mark=""):
     for unit in order:
         unit.resolve(units, taken)
     bodies = [(unit, [Rewriter(unit).visit(node) for node in unit.body]) for unit in order]
+    settle([body for _, body in bodies])
     statements = [statement for _, body in bodies for statement in body]
     keep = reachable(statements, units.units[entry])
     inline([statement for statement in statements if keep(statement)])

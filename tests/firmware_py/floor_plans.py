@@ -5,9 +5,9 @@ import random
 
 from tests.firmware_py.watched import watched
 
-storage, graph_module, sight_module, partition_module, topology_module, path_module, image_module = watched(
+storage, graph_module, sight_module, partition_module, topology_module, way_module, image_module = watched(
     "firmware_py.storage.vector_store", "firmware_py.storage.region_graph", "firmware_py.building.sight",
-    "firmware_py.building.partition", "firmware_py.building.topology", "firmware_py.building.path",
+    "firmware_py.building.partition", "firmware_py.building.topology", "firmware_py.building.way",
     "firmware_py.storage.map_image",
 )
 UNIT_M = 0.005
@@ -25,6 +25,7 @@ class Floor:
             self._chain(ring[::-1], 5)
         self.partition = partition_module.Partition(self.store, self.sight, self.graph)
         self.topology = topology_module.Topology(self.store, self.sight, self.graph, self.partition)
+        self.way = way_module.Way(self.store, self.sight, self.graph, self.topology)
         self.margin = margin_mm // 5
 
     def _chain(self, ring, kind):
@@ -44,27 +45,29 @@ class Floor:
         return self.partition.region_of(round(x / UNIT_M), round(y / UNIT_M))
 
     def areas_m2(self):
-        return [self.graph.regions[8 * r + graph_module.AREA] / 100 for r in range(self.graph.region_count)]
+        return [self.graph.regions[6 * r + graph_module.AREA] / 100 for r in range(self.graph.region_count)]
 
     def nodes(self):
         g = self.graph
-        return [(g.at(g.nodes, 3 * n), g.at(g.nodes, 3 * n + 1)) for n in range(g.node_count)]
+        return [(g.at(2 * n), g.at(2 * n + 1)) for n in range(g.node_count)]
 
     def edges(self):
         """[(node, node, region, cm)]"""
-        found = []
-        for n in range(self.graph.node_count):
-            about = self.graph.nodes[3 * n + 2]
+        found, nodes = [], self.nodes()
+        for n, place in enumerate(nodes):
+            about = self.graph.shared[graph_module.ABOUT + n]
             for k in range(about & 255, (about & 255) + (about >> 8)):
-                to, cost = self.graph.edges[2 * k], self.graph.edges[2 * k + 1]
-                found.append((n, to & 255, to >> 8, cost))
+                to = self.graph.shared[graph_module.EDGES + k]
+                found.append((n, to & 255, to >> 8, cost_cm(place, nodes[to & 255])))
         return found
 
     def way_cm(self, a, b):
         """The straight way between two places in map units, None if it is not free."""
-        if self.sight.met(*a, b[0] - a[0], b[1] - a[1], self.margin, 1):
-            return None
-        return (math.isqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2) + 2) >> 1
+        return cost_cm(a, b) if self.sight.free(*a, *b, self.margin) else None
+
+
+def cost_cm(a, b):
+    return (math.isqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2) + 2) >> 1
 
 
 def work(worker, limit=60000):
