@@ -17,6 +17,7 @@ from .telemetry import Telemetry
 VERSION = b"tvslam 0.1.0"
 
 _PIECE = const(88)            # bytes of the map in a MAP_DATA
+_ALL = const(65535)           # pieces of the map
 _SECTION_HELLO = const(0)
 _SECTION_VERSION = const(1)
 _SECTION_STORES = const(2)
@@ -226,7 +227,7 @@ class Device:
         image = self.core.image
         if image.generation != self.core.vectors.generation:
             image.begin()
-        image.step(image.size)
+        image.step(_ALL)
 
     def _map_info(self):
         self._whole_image()

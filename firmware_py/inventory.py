@@ -3,7 +3,7 @@
 from .limits import CHAINS_MAX, EDGES_MAX, NODES_MAX, REGIONS_MAX, RX_BYTES
 
 _NAMES = (
-    b"vectors", b"chains", b"hits", b"near hits", b"points", b"breadcrumbs", b"parameters", b"map checksum",
+    b"vectors", b"chains", b"hits", b"near hits", b"points", b"breadcrumbs", b"parameters", b"map bytes",
     b"rx buffer", b"rx frame", b"tx frame", b"kept answer", b"values", b"link counts",
     b"regions", b"nodes", b"edges",
 )

@@ -18,7 +18,7 @@ LEFT_OUT = ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/uni
 
 package("protocol", (
     "__init__.py", "codec.py", "codec_fields.py", "codec_viper.py", "cobs.py", "crc32.py", "crc32_tables.py", "crc32_viper.py",
-    "frame_reader.py", "link.py", "parameters.py", "tables.py",
+    "frame_reader.py", "link.py", "map_code.py", "parameters.py", "range_code.py", "tables.py",
 ), base_path=ROOT, opt=OPT)
 package("firmware_py", (
     "__init__.py", "device.py", "fixed.py", "inventory.py", "limits.py", "main_stm32.py", "parameters.py", "pipeline.py",

@@ -97,7 +97,7 @@ class Tvslam:
         self.topology = Topology(self.vectors, self.sight, self.graph, self.partition)
         self.way = Way(self.vectors, self.sight, self.graph, self.topology)
         self.search = Search(self.vectors, self.sight, BarrierList(), self.way, self.graph.shared)
-        self.image = MapImage(self.vectors, self.graph)
+        self.image = MapImage(self.vectors, self.graph, self.crumbs)
         self.frame = Frame()
         self.tally = Tally()
         self.parameters = Parameters()

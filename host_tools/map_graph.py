@@ -1,17 +1,15 @@
 """The regions, turning nodes and edges of map.bin, in metres; firmware_py/storage/region_graph.py says what their fields mean."""
 
+import math
 from dataclasses import dataclass
 
-import numpy as np
 from shapely import MultiPolygon, Polygon
 from shapely.ops import unary_union
 
-REGION = np.dtype([("first", "<u2"), ("count", "<u2"), ("area_dm2", "<u2"), ("x", "<i2"), ("y", "<i2"), ("long", "u1"), ("short", "u1"),
-                   ("parent", "u1"), ("flags", "u1"), ("change_rate", "u1"), ("times", "u1")])
-NODE = np.dtype([("x", "<i2"), ("y", "<i2"), ("first_edge", "u1"), ("edges", "u1")])
-EDGE = np.dtype([("to", "u1"), ("region", "u1"), ("cost_cm", "<u2")])
-TABLES = (REGION, NODE, EDGE)
-FLAG_GATE_FIRST = 1
+from protocol.map_code import ABOUT, EDGES
+
+FIRST, COUNT, AREA, LINES, PARENT = range(5)  # places of six
+FLAG_GATE_FIRST = 256
 UNIT_M = 0.005
 
 
@@ -34,26 +32,28 @@ class Edge:
     cost_cm: int
 
 
-def regions(rows, xy, rings):
-    """`xy`: every record in metres, n x 2; `rings`: lists of records, the outline's first, then one a barrier."""
+def regions(records, xy, rings, places):
+    """`xy`: every record in metres, n x 2; `rings`: lists of records, the outline's first, then one a barrier; `places`: of the nodes."""
+    rows = [records.regions[6 * r:6 * r + 6] for r in range(records.region_count)]
     borders, gates = [], []
     for number, row in enumerate(rows):
-        ring = next((ring for ring in rings if row["first"] in ring), [])
-        at = ring.index(row["first"]) if ring else 0
-        border = [tuple(xy[ring[(at + k) % len(ring)]]) for k in range(row["count"])] if ring else []
+        ring = next((ring for ring in rings if row[FIRST] in ring), [])
+        at = ring.index(row[FIRST]) if ring else 0
+        border = [tuple(xy[ring[(at + k) % len(ring)]]) for k in range(row[COUNT])] if ring else []
         gate = None
-        if number and border:
-            end = border[0] if row["flags"] & FLAG_GATE_FIRST else border[-1]
-            gate = (end, (2 * row["x"] * UNIT_M - end[0], 2 * row["y"] * UNIT_M - end[1]))
+        if 0 < number <= len(places) and border:
+            x, y = places[number - 1]
+            end = border[0] if row[PARENT] & FLAG_GATE_FIRST else border[-1]
+            gate = (end, (2 * x - end[0], 2 * y - end[1]))
             border = [*border, gate[1]]
         borders.append(Polygon(border).buffer(0) if len(border) > 2 else Polygon())
         gates.append(gate)
     found = []
     for number, row in enumerate(rows):
-        inner = [borders[k] for k in range(1, len(rows)) if k != number and rows[k]["parent"] == number]
+        inner = [borders[k] for k in range(1, len(rows)) if k != number and rows[k][PARENT] & 255 == number]
         polygon = borders[number].difference(unary_union(inner)) if inner else borders[number]
-        found.append(Region(number, int(row["parent"]), gates[number], row["area_dm2"] / 100, int(row["long"]), int(row["short"]),
-                            _largest(polygon), (int(row["first"]), int(row["count"]))))
+        found.append(Region(number, row[PARENT] & 255, gates[number], row[AREA] / 100, row[LINES] & 255, row[LINES] >> 8,
+                            _largest(polygon), (row[FIRST], row[COUNT])))
     return found
 
 
@@ -62,6 +62,17 @@ def _largest(shape):
     return max(shape.geoms, key=lambda part: part.area) if isinstance(shape, MultiPolygon) else shape
 
 
-def edges(nodes, rows):
-    return [Edge((number, int(row["to"])), int(row["region"]), int(row["cost_cm"]))
-            for number, node in enumerate(nodes) for row in rows[node["first_edge"]:node["first_edge"] + node["edges"]]]
+def nodes(records):
+    """[(x, y)] in metres"""
+    return [tuple(((c ^ 32768) - 32768) * UNIT_M for c in records.shared[2 * n:2 * n + 2]) for n in range(records.node_count)]
+
+
+def edges(records, places):
+    found = []
+    for number, here in enumerate(places):
+        about = records.shared[ABOUT + number]
+        for row in records.shared[EDGES + (about & 255):EDGES + (about & 255) + (about >> 8)]:
+            # the core's cost: its length in cm, in whole map units, never less than it is
+            units = (round((a - b) / UNIT_M) for a, b in zip(here, places[row & 255], strict=True))
+            found.append(Edge((number, row & 255), row >> 8, (math.isqrt(sum(d * d for d in units)) + 2) >> 1))
+    return found

@@ -1,30 +1,33 @@
-# Numbers as bits whose likelihood is learned on the way, packed by a range coder (a carryless one, 24 bits wide: G. Subbotin, 1999).
+# Numbers as bits whose likelihood is learned on the way, packed by a range coder (a carryless one, 24 bits wide).
 #
-#   code(s, model, buf, i, bit) -> the bit: place i of the model tells how likely it is, and learns; i < 0: as likely as not
-#   number(s, model, buf, first, size, value) -> the value, 0..65535: the length of value + 1, then its bits. A model has `size` places
-#       for the lengths, and the same number for the bit behind the first.
+#   code(s, model, buf, i, bit)                  -> the bit. Place i of the model tells how likely it is, and learns; i < 0: as likely as not
+#   number(s, model, buf, first, size, value)    -> the value, 0..65535: how many bits value + 1 has, as so many ones and a zero, by the
+#                                                   model's `size` places from `first` on; then those bits, the first one by `size` more
 #
-# Both write or read, by s[READS]: who reads gives any bit or value and gets the true one. A place of the model is 16 * probability
-# of a 0 in 2048ths + how often it was asked (up to 15), FRESH at the beginning: 15 bits. Every int stays below 2**30.
+# The same calls write and read, by s[READS]: who reads gives any value and gets the true one. A place of the model is 16 times the
+# probability of a 0 in 2048ths, plus how often it was asked (up to 15). Every int stays below 2**30. A port with the emitter has
+# code() and number() as machine code (range_code_viper.py).
+
+try:
+    from micropython import const
+except ImportError:
+    def const(value):
+        return value
 
 LOW = 0        # places in s, an array "i"
 RANGE = 1
 CODE = 2
-AT = 3         # bytes put, or read, so far
+AT = 3         # bytes written, or read
 READS = 4
-MASK = 5       # of the place in buf: who writes may do so round a short one, and is read in time
-
-FRESH = 1024 << 4
-PUT_MAX = 5    # bytes that one bit can cost at most
+MASK = 5       # of the place in buf: who writes goes round in a short one
 
 _WIDTH = const(0xFFFFFF)
 _TOP = const(0x10000)
 _BOTTOM = const(0x1000)
+_FRESH = const(0x4000)
 
 
-def begin(s, model, buf, reads, mask):
-    for i in range(len(model)):
-        model[i] = FRESH
+def begin(s, buf, reads, mask):
     s[LOW] = 0
     s[RANGE] = _WIDTH
     s[CODE] = 0
@@ -36,8 +39,15 @@ def begin(s, model, buf, reads, mask):
         s[AT] = 3
 
 
+def forget(model, places):
+    for i in range(places):
+        model[i] = _FRESH
+
+
 def end(s, buf):
-    # The last bytes: the shortest that lead into what is left. Who reads takes what follows for zeros.
+    # The shortest that leads into what is left of the range. Who reads takes what follows for zeros; AT is a byte more for him.
+    if s[READS]:
+        return
     low = s[LOW] + _BOTTOM - 1 >> 12
     buf[s[AT] & s[MASK]] = low >> 4
     buf[s[AT] + 1 & s[MASK]] = low << 4 & 255
@@ -46,6 +56,7 @@ def end(s, buf):
 
 def code(s, model, buf, i, bit):
     p = 1024
+    n = 0
     if i >= 0:
         n = model[i] & 15
         p = model[i] >> 4
@@ -57,14 +68,40 @@ def code(s, model, buf, i, bit):
     if bit:
         low += bound
         size -= bound
-        if i >= 0:
-            p -= p // (n + 2)
+        p -= p // (n + 2)
     else:
         size = bound
-        if i >= 0:
-            p += (2048 - p) // (n + 2)
+        p += (2048 - p) // (n + 2)
     if i >= 0:
-        model[i] = (p if p else 1) << 4 | (n + 1 if n < 15 else n)
-    while low ^ low + size < _TOP or size < _BOTTOM:
-        pass
+        model[i] = p << 4 | (n + 1 if n < 15 else n)
+    while True:
+        if low ^ low + size >= _TOP:
+            if size >= _BOTTOM:
+                break
+            size = -low & _BOTTOM - 1
+        if s[READS]:
+            s[CODE] = (s[CODE] & 0xFFFF) << 8 | buf[s[AT]]
+        else:
+            buf[s[AT] & s[MASK]] = low >> 16
+        s[AT] += 1
+        low = (low & 0xFFFF) << 8
+        size <<= 8
+    s[LOW] = low
+    s[RANGE] = size
     return bit
+
+
+def number(s, model, buf, first, size, value):
+    k = 0
+    rest = value + 1
+    while rest > 1:
+        rest >>= 1
+        k += 1
+    n = 0
+    while n < 16 and code(s, model, buf, first + min(n, size - 1), 1 if n < k else 0):
+        n += 1
+    rest = 1
+    for j in range(n):
+        i = -1 if j else first + size + min(n, size) - 1
+        rest = rest << 1 | code(s, model, buf, i, value + 1 >> n - 1 - j & 1)
+    return rest - 1

@@ -21,7 +21,7 @@ _STALE_MM = const(1200)      # so far along what is known, and the rest is known
 _CHECK_MM = const(40)
 _KNOWN_MM = const(130)
 _FRESH_MIN = const(4)
-_SLICE_BYTES = const(64)     # of the map's CRC a tick
+_SLICE = const(6)            # pieces of the map coded a tick
 
 
 class Outline:
@@ -172,10 +172,10 @@ class Outline:
         return self._closure.step()
 
     def build(self):
-        # First the closure error, then the CRC of the map.
+        # First the closure error, then the bytes of the map.
         if not self._sealing:
             if self._closure.step():
                 self._image.begin()
                 self._sealing = True
             return False
-        return self._image.step(_SLICE_BYTES)
+        return self._image.step(_SLICE)

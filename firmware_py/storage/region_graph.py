@@ -1,6 +1,7 @@
 # What the map means: its regions, its turning nodes, and the ways between them (Paper 4.3, 4.4, Fig. 1).
 
 from array import array
+from protocol.map_code import ABOUT, EDGES
 from ..limits import EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
 
 # a region's six places in `regions`
@@ -13,10 +14,7 @@ LEARNED = 5    # change rate | times to explore << 8
 
 GATE_FIRST = 256   # flag: the gate begins at the range's first record, not at its last
 
-# where things begin in `shared`
-ABOUT = 2 * NODES_MAX
-EDGES = 3 * NODES_MAX
-assert EDGES + EDGES_MAX <= SHARED_MAX
+assert ABOUT == 2 * NODES_MAX and EDGES == 3 * NODES_MAX and EDGES + EDGES_MAX <= SHARED_MAX
 
 
 class RegionGraph:
@@ -24,8 +22,8 @@ class RegionGraph:
     #                  or last, to the point as far beyond its middle, which is node r - 1; that point and the range are the region's
     #                  border. What lies in a child's range is the child's.
     # shared   nodes: x, y in map units (int16) at 2 n; first edge | how many << 8 at ABOUT + n: 6 B
-    #          edges: the other node | region << 8 at EDGES + k: 2 B. An edge stands once, at the node of the lower number, and costs
-    #          cost(a, b), cm.
+    #          edges: the other node | region << 8 at EDGES + k: 2 B. An edge stands once, at the node of the lower number, its cost
+    #          is its length.
     # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates; `marks` is of Topology
     # while it works, of Way afterwards and before. Full: what comes is refused and counted in `lost`. Allocates in __init__ only.
 

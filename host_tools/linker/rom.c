@@ -11,7 +11,6 @@
 _Static_assert(MICROPY_QSTR_BYTES_IN_HASH == 2, "the tables are laid out by this hash");
 
 #define ROM_TABLE(used, table) {{&mp_type_dict}, {1, 1, 0, used, MP_ARRAY_SIZE(table), (mp_map_elem_t *)(void *)table}}
-#define ROM_MODULE(name) MP_ROM_PTR(&mp_module_##name)
 
 extern const mp_module_context_t tvslam_module;
 extern const mp_obj_module_t mp_module_gc, mp_module_micropython;
@@ -60,10 +59,10 @@ static void rom_attr(mp_obj_t self_in, qstr attr, mp_obj_t *dest) {
 }
 
 #define ROM_CLASS(name, attributes) \
-    static mp_obj_t rom_make_##name(const mp_obj_type_t *type, size_t n_args, size_t n_kw, const mp_obj_t *args) { \
+    static mp_obj_t rom_make_tvslam_##name(const mp_obj_type_t *type, size_t n_args, size_t n_kw, const mp_obj_t *args) { \
         return rom_make(type, attributes, n_args, n_kw, args); \
     } \
-    static MP_DEFINE_CONST_OBJ_TYPE(rom_##name, MP_QSTR_##name, \
+    static MP_DEFINE_CONST_OBJ_TYPE(rom_tvslam_##name, MP_QSTR_##name, \
     MP_TYPE_FLAG_EQ_NOT_REFLEXIVE | MP_TYPE_FLAG_EQ_CHECKS_OTHER_TYPE | MP_TYPE_FLAG_EQ_HAS_NEQ_TEST \
     | MP_TYPE_FLAG_ITER_IS_GETITER | MP_TYPE_FLAG_INSTANCE_TYPE, \
-    make_new, rom_make_##name, attr, rom_attr, locals_dict, &rom_names_##name);
+    make_new, rom_make_tvslam_##name, attr, rom_attr, locals_dict, &rom_names_tvslam_##name);

@@ -16,6 +16,9 @@ from host_tools.linker.unit import LinkError
 
 MODULE = "tvslam"
 HASH_BYTES = 2  # MICROPY_QSTR_BYTES_IN_HASH: rom.c asserts it
+# (package, name) that is imported: the VM's own object.
+OF_THE_VM = {(None, "gc"): "mp_module_gc", (None, "micropython"): "mp_module_micropython", (None, "sys"): "mp_module_sys",
+             ("array", "array"): "mp_type_array"}
 FUNCTIONS = {"MP_CODE_NATIVE_PY": "mp_type_fun_native", "MP_CODE_NATIVE_VIPER": "mp_type_fun_viper"}
 RAW_CODE = re.compile(r"static const mp_raw_code(?:_truncated)?_t (?:proto_fun|raw_code)_(\w+) = \{(.*?)\n\};", re.S)
 CHILDREN = re.compile(r"static const mp_raw_code_t \*const children_(\w+)\[\] = \{(.*?)\};", re.S)
@@ -26,6 +29,9 @@ def c_source(source, frozen):
     codes = Codes(frozen)
     rom = Rom(codes)
     tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Global):
+            raise LinkError("`%s`: in flash no name at the top gets another value: keep it in an object." % ast.unparse(node))
     scopes = [node for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))]
     names = {"__name__": "MP_ROM_QSTR(MP_QSTR_%s)" % MODULE}
     for node, code in zip(scopes, codes.children(codes.module, len(scopes)), strict=True):
@@ -83,7 +89,7 @@ class Rom:
         methods = [part for part in node.body if isinstance(part, ast.FunctionDef)]
         constants = [part for part in node.body if isinstance(part, ast.Assign) and [type(t) for t in part.targets] == [ast.Name]]
         if node.bases or node.keywords or node.decorator_list or any(
-                not isinstance(part, (ast.FunctionDef, ast.Delete, ast.Pass)) and part not in constants for part in node.body):
+                not isinstance(part, (ast.FunctionDef, ast.Pass)) and part not in constants for part in node.body):
             raise LinkError("class %s: in flash a class has no bases, and only methods and constants in it." % node.name)
         names = {part.targets[0].id: self.value(_literal(part, {})) for part in constants}
         for method, its_code in zip(methods, self.codes.children(code, len(methods)), strict=True):
@@ -91,24 +97,24 @@ class Rom:
                 raise LinkError("class %s: in flash a class has no %s." % (node.name, method.name))
             names[method.name] = self.function(method, its_code, "%s_%s" % (node.name, method.name))
         self.of_classes.update(names)
-        self.table("rom_names_" + node.name, names)
+        self.table("rom_names_%s_%s" % (MODULE, node.name), names)
         self.lines.append("ROM_CLASS(%s, %d)" % (node.name, len(_attributes(methods))))
-        return "MP_ROM_PTR(&rom_%s)" % node.name
+        return "MP_ROM_PTR(&rom_%s_%s)" % (MODULE, node.name)
 
     def function(self, node, code, name):
         of, args = self.codes.of(code), node.args
         if args.kw_defaults or len(set(map(ast.unparse, node.decorator_list)) - {"micropython.viper", "micropython.asm_thumb"}):
             raise LinkError("%s: in flash a function has no keyword-only defaults and no decorator but the emitters'." % name)
         if of["kind"] == "MP_CODE_NATIVE_ASM":
-            self.lines.append("static const mp_obj_fun_asm_t rom_%s = {{&mp_type_fun_asm}, %s, %s, %s};" % (
-                name, of["asm_n_pos_args"], of["fun_data"], of["asm_type_sig"]))
+            self.lines.append("static const mp_obj_fun_asm_t rom_%s_%s = {{&mp_type_fun_asm}, %s, %s, %s};" % (
+                MODULE, name, of["asm_n_pos_args"], of["fun_data"], of["asm_type_sig"]))
         elif of["kind"] in FUNCTIONS:
             defaults = [self.value(_literal(default, {})) for default in args.defaults]
-            self.lines.append("static const struct {mp_obj_fun_bc_t code; mp_rom_obj_t defaults[%d];} rom_%s = {{{&%s}, &%s_module, %s, %s}, {%s}};" % (
-                len(defaults), name, FUNCTIONS[of["kind"]], MODULE, of["children"], of["fun_data"], ", ".join(defaults)))
+            self.lines.append("static const struct {mp_obj_fun_bc_t code; mp_rom_obj_t defaults[%d];} rom_%s_%s = {{{&%s}, &%s_module, %s, %s}, {%s}};" % (
+                len(defaults), MODULE, name, FUNCTIONS[of["kind"]], MODULE, of["children"], of["fun_data"], ", ".join(defaults)))
         else:
             raise LinkError("%s is no machine code but %s: the image is built with -X emit=native." % (name, of["kind"]))
-        return "MP_ROM_PTR(&rom_%s)" % name
+        return "MP_ROM_PTR(&rom_%s_%s)" % (MODULE, name)
 
     def value(self, value):
         if value is None:
@@ -117,14 +123,14 @@ class Rom:
             return "MP_ROM_%s" % str(value).upper()
         if isinstance(value, int):
             return "MP_ROM_INT(%d)" % value
-        name = "rom_value_%d" % len(self.lines)
+        name = "rom_%s_%d" % (MODULE, len(self.lines))
         if isinstance(value, (bytes, str)):
             data = value if isinstance(value, bytes) else value.encode()
             self.lines.append('static const mp_obj_str_t %s = {{&mp_type_%s}, 0, %d, (const byte *)"%s"};' % (
                 name, type(value).__name__, len(data), "".join("\\%03o" % byte for byte in data)))
         else:
             items = [self.value(item) for item in value]
-            name = "rom_value_%d" % len(self.lines)  # they took numbers, too
+            name = "rom_%s_%d" % (MODULE, len(self.lines))  # they took numbers, too
             self.lines.append("static const mp_rom_obj_tuple_t %s = {{&mp_type_tuple}, %d, {%s}};" % (name, len(items), ", ".join(items)))
         return "MP_ROM_PTR(&%s)" % name
 
@@ -150,10 +156,13 @@ def qstr_hash(name):
 
 
 def _outside(node):
-    """{name: C expression} of what an import brings: a module of the VM, or a type of the same name as one."""
-    if isinstance(node, ast.Import):
-        return {alias.asname or alias.name: "ROM_MODULE(%s)" % alias.name for alias in node.names}
-    return {alias.asname or alias.name: "MP_ROM_PTR(&mp_type_%s)" % alias.name for alias in node.names}
+    """{name: C expression} of what an import brings."""
+    package = getattr(node, "module", None)
+    try:
+        return {alias.asname or alias.name: "MP_ROM_PTR(&%s)" % OF_THE_VM[package, alias.name] for alias in node.names}
+    except KeyError:
+        raise LinkError("`%s`: a module in flash can only import %s. Does firmware_py/manifest.py list the file?" % (
+            ast.unparse(node), ", ".join(name for _, name in OF_THE_VM))) from None
 
 
 def _literal(node, values):
