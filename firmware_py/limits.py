@@ -17,7 +17,7 @@ assert CHAINS_MAX < 256
 
 BARRIERS_MAX = 32        # seen and not yet searched; searched ones make room
 
-CELLS_MAX = 4096         # 560 m2 at 74 cm; larger homes get larger cells
+CELLS_MAX = 4096         # 560 m2 of cells of 37 cm; larger homes get larger cells
 assert CELLS_MAX % 8 == 0
 
 REGIONS_MAX = 32         # rooms of one floor

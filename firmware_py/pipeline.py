@@ -48,7 +48,7 @@ _FIX_MM = const(100)         # two fixes are at least that far apart
 _FIX_EVERY_MM = const(1500)
 _PAST_MM = const(1000)
 _ROOM_MM = const(10)         # beside the body, on a way of the topology
-_PATH_MAX_MM = const(1500000)
+_PATH_MAX_MM = const(1500000)   # along one outline; then from one target to the next, of which there are so many and no more
 
 # bits of parameter `flags`, protocol/parameters.py
 _MIDPOINT = const(1)
@@ -81,6 +81,7 @@ class Tvslam:
         self.degraded = 0
         self._flags = 0
         self._threshold_mm = 160
+        self._since_mm = 0
         self._last_fix_mm = 0
         self._last_corners = 0
         self._last_state = 0
@@ -163,7 +164,7 @@ class Tvslam:
                 e.end(DONE)
         elif e.state == FAILED and not self.reason:
             self._end(_REASON_STUCK, False)
-        elif o.path_mm > _PATH_MAX_MM and e.state < BUILD:
+        elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:
             self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, False)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
@@ -227,6 +228,7 @@ class Tvslam:
         e = self.explorer
         s = self.search
         if e.state == SELECT:
+            self._since_mm = self.odometry.path_mm
             if self.outline.settled() and s.select(e, self.localization):
                 self._end(_REASON_CLOSED, True)
             return

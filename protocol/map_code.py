@@ -23,26 +23,27 @@ _BARRIER = const(1)
 _LONG = const(200)     # map units: as long a vector is a long one
 _NEAR = const(2)       # as long as the last but one, nearly
 
-# places of the model, for vectors ...
+# places of the model, for vectors and chains ...
 _TURN = const(0)       # 27: by the two turns before
 _SAME = const(27)      # 2
-_OFF = const(29)       # 1 + 4
-_LENGTH = const(34)    # 24
-_ASIDE = const(58)     # 4 times 1 + 10
-_SIGMA = const(102)    # 1 + 10
-_FLAGS = const(113)    # 4 + 3 + 1 + 2 + 1
-# ... and, all forgotten, for regions, nodes and edges
-_FAR = const(0)        # 1 + 24
-_GATE = const(25)      # 1 + 16
-_COUNT = const(42)     # 20
-_AREA = const(62)      # 24
-_LINES = const(86)     # 10
-_FEW = const(96)       # 6
-_NEXT = const(102)     # 10
-_PARENT = const(112)   # 8
-_FLAG = const(120)     # 2
-# chains, at the vectors' places behind the flags
-_KIND = const(124)     # 4
+_OFF = const(29)       # 1 + 2
+_LENGTH = const(32)    # 12
+_ASIDE = const(44)     # 4 times 1 + 6
+_SIGMA = const(72)     # 1 + 5
+_FLAGS = const(78)     # 4 + 3 + 1 + 2 + 1
+_COUNT = const(89)     # 8
+_KIND = const(97)      # 4
+_START = const(101)    # 1 + 13
+# ... and, when all is forgotten, for regions, nodes and edges
+_FAR = const(0)        # 1 + 13
+_GATE = const(14)      # 1 + 9
+_MANY = const(24)      # 5
+_AREA = const(29)      # 13
+_LINES = const(42)     # 6
+_FEW = const(48)       # 4
+_NEXT = const(52)      # 6
+_PARENT = const(58)    # 5
+_FLAG = const(63)      # 1
 
 
 class MapCode:
@@ -132,7 +133,7 @@ class MapCode:
         v = self._v
         c = self._chain
         v.firsts[c] = v.firsts[c - 1] + v.counts[c - 1] if c else 0
-        v.counts[c] = self._bits(8, v.counts[c])
+        v.counts[c] = self._number(_COUNT, 8, v.counts[c])
         kind = 0
         for i in range(3):
             kind |= self._bit(_KIND + i, v.kinds[c] >> i & 1) << i
@@ -160,8 +161,8 @@ class MapCode:
         dx = _wrapped(v.xs[i] - self._x)
         dy = _wrapped(v.ys[i] - self._y)
         if k == 0:
-            dx = _wrapped(self._bits(16, dx & 0xFFFF))
-            dy = _wrapped(self._bits(16, dy & 0xFFFF))
+            dx = self._signed(_START, 13, dx)
+            dy = self._signed(_START, 13, dy)
         else:
             self._half = True
             if abs(dx) >= abs(dy):
@@ -175,7 +176,7 @@ class MapCode:
                 turn = self._turned(turn)
                 way = self._way + turn & 3
                 length = self._long(length, turn)
-                aside = self._signed(_ASIDE + 11 * max(0, _places(min(length, 255)) // 2 - 1), 5, aside)
+                aside = self._signed(_ASIDE + 7 * max(0, _places(min(length, 255)) // 2 - 1), 6, aside)
                 dx = length if way == 0 else -aside if way == 1 else -length if way == 2 else aside
                 dy = aside if way == 0 else length if way == 1 else -aside if way == 2 else -length
             self._turns = self._turns % 3 * 3 + (turn & 1) + (turn == 3)
@@ -225,12 +226,12 @@ class MapCode:
         n = _places(self._v.used)
         g[i] = self._bits(n, g[i])
         g[i + 1] = self._bits(n, g[i + 1])
-        g[i + 2] = self._number(_AREA, 12, g[i + 2])
-        lines = self._number(_LINES, 5, g[i + 3] & 255)
-        g[i + 3] = lines | self._number(_LINES, 5, g[i + 3] >> 8) << 8
-        parent = self._number(_PARENT, 4, g[i + 4] & 255)
-        g[i + 4] = parent | self._number(_FEW, 3, g[i + 4] >> 8) << 8
-        g[i + 5] = self._number(_FEW, 3, g[i + 5])
+        g[i + 2] = self._number(_AREA, 13, g[i + 2])
+        lines = self._number(_LINES, 6, g[i + 3] & 255)
+        g[i + 3] = lines | self._number(_LINES, 6, g[i + 3] >> 8) << 8
+        parent = self._number(_PARENT, 5, g[i + 4] & 255)
+        g[i + 4] = parent | self._number(_FEW, 4, g[i + 4] >> 8) << 8
+        g[i + 5] = self._number(_FEW, 4, g[i + 5])
 
     def _node(self):
         # A gate's from where its region's range begins, the others from the one before.
@@ -238,18 +239,18 @@ class MapCode:
         s = self._g.shared
         n = self._chain
         first = _FAR
-        size = 12
+        size = 13
         if n + 1 < self._g.region_count:
             i = self._g.regions[6 * n + 6]
             first = _GATE
-            size = 8
+            size = 9
             self._x = v.xs[i]
             self._y = v.ys[i]
         self._x = _wrapped(self._x + self._signed(first, size, _wrapped(s[2 * n] - self._x)))
         self._y = _wrapped(self._y + self._signed(first, size, _wrapped(s[2 * n + 1] - self._y)))
         s[2 * n] = self._x & 0xFFFF
         s[2 * n + 1] = self._y & 0xFFFF
-        many = self._number(_COUNT, 10, s[ABOUT + n] >> 8)
+        many = self._number(_MANY, 5, s[ABOUT + n] >> 8)
         s[ABOUT + n] = many << 8 | self._k
         self._k += many
 
@@ -263,7 +264,7 @@ class MapCode:
         k = EDGES + self._k
         before = s[k - 1] if self._k else 0
         low = s[k - 1] & 255 if self._k > s[ABOUT + n] & 255 else n
-        to = low + 1 + self._number(_NEXT, 5, (s[k] & 255) - low - 1)
+        to = low + 1 + self._number(_NEXT, 6, (s[k] & 255) - low - 1)
         region = before >> 8
         if not self._bit(_FLAG, 1 if s[k] >> 8 == region else 0):
             region = self._bits(5, s[k] >> 8)

@@ -2,7 +2,7 @@
 #
 #   code(s, model, buf, i, bit)                  -> the bit. Place i of the model tells how likely it is, and learns; i < 0: as likely as not
 #   number(s, model, buf, first, size, value)    -> the value, 0..65535: how many bits value + 1 has, as so many ones and a zero, by the
-#                                                   model's `size` places from `first` on; then those bits, the first one by `size` more
+#                                                   model's `size` places from `first` on; then those bits
 #
 # The same calls write and read, by s[READS]: who reads gives any value and gets the true one. A place of the model is 16 times the
 # probability of a 0 in 2048ths, plus how often it was asked (up to 15). Every int stays below 2**30. A port with the emitter has
@@ -102,6 +102,5 @@ def number(s, model, buf, first, size, value):
         n += 1
     rest = 1
     for j in range(n):
-        i = -1 if j else first + size + min(n, size) - 1
-        rest = rest << 1 | code(s, model, buf, i, value + 1 >> n - 1 - j & 1)
+        rest = rest << 1 | code(s, model, buf, -1, value + 1 >> n - 1 - j & 1)
     return rest - 1

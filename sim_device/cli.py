@@ -50,7 +50,7 @@ def arguments():
     add("--truth", metavar="FILE", help="keep the true path: <I3d> step, x, y, theta")
     add("--map", metavar="FILE", help="keep the map that the core sends at the end")
     add("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
-    add("--max-robot-s", type=positive, default=3600.0, metavar="S", help="give up after that much robot time")
+    add("--max-robot-s", type=positive, default=14400.0, metavar="S", help="give up after that much robot time")
     add("--wait", type=positive, default=30.0, metavar="S", help="for the core's first word")
     add("--json-lines", action="store_true", help="events as JSON lines on stdout")
     add("--version", action="version", version="sim_device " + version())

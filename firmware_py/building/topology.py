@@ -13,6 +13,7 @@ _SPARE = const(12)           # nodes that those before walls leave to those that
 _BEFORE = const(70)          # 0.35 m before a gate
 _WORK = const(5000)          # a tick; a look costs as much as 400 vectors, and the vectors
 _WALL = const(100)           # 0.5 m: the place before a wall as long is to be seen by a node
+_DETOUR = const(10)          # eighths: an edge is spared where another way is no longer than that
 _PASSES = const(2)           # over the records: off the corners, off the walls; then off all corners if not all nodes are joined
 
 # phases
@@ -29,7 +30,7 @@ class Topology:
     # joined; and before the middle of each wall that sees none. Where some are still not joined, all corners are asked again, for that
     # alone. Who sees the point 0.35 m before a gate, aside(gate's node, from x, y), is taken to see the gate.
     # An edge joins nodes that see each other: the straight way is free by `margin` on either side. First come those that join, then
-    # others while there is room. Full: what does not fit is refused; those that would have joined count in the graph's `lost`.
+    # others while there is room, but none beside two that are hardly longer. Full: what does not fit is refused; those that would have joined count in the graph's `lost`.
     # Allocates in __init__ only.
 
     def __init__(self, vectors, sight, graph, partition):
@@ -239,8 +240,29 @@ class Topology:
                 self._phase = _DONE
             return
         self._n = b + 1
-        if self._sight.free(g.at(2 * a), g.at(2 * a + 1), g.at(2 * b), g.at(2 * b + 1), self.margin):
+        if self._sight.free(g.at(2 * a), g.at(2 * a + 1), g.at(2 * b), g.at(2 * b + 1), self.margin) and not self._spared(a, b):
             self._link(a, b)
+
+    def _spared(self, a, b):
+        # Whether over a node that both are joined with it is hardly farther.
+        g = self._g
+        far = self._length(a, b) * _DETOUR >> 3
+        for n in range(g.node_count):
+            if n != a and n != b and self._box(a, n) + self._box(n, b) <= far and g.edge(a, n) >= 0 and g.edge(n, b) >= 0:
+                if self._length(a, n) + self._length(n, b) <= far:
+                    return True
+        return False
+
+    def _box(self, a, b):
+        # Never more than the length.
+        g = self._g
+        return max(abs(g.at(2 * a) - g.at(2 * b)), abs(g.at(2 * a + 1) - g.at(2 * b + 1)))
+
+    def _length(self, a, b):
+        g = self._g
+        dx = g.at(2 * a) - g.at(2 * b)
+        dy = g.at(2 * a + 1) - g.at(2 * b + 1)
+        return isqrt(dx * dx + dy * dy)
 
     def _link(self, a, b):
         # An edge at node a, the lower one, if there is none; the others make room.

@@ -29,7 +29,7 @@ _FOUND = const(1)
 class Search:
     # Once the outline is closed, select() is called each tick in which the robot stands and waits for something to do: it
     # deals with the target that it came from, chooses the next and sends the explorer there, along the way's corners where
-    # there is no straight one. note() takes hits on the way, passing() where the robot is. The cells, squares of 74 cm or
+    # there is no straight one. note() takes hits on the way, passing() where the robot is. The cells, squares of 37 cm or
     # more, so that CELLS_MAX bits cover the outline's bounding box; a bit is set when the cell is seen, known to be no
     # free space, or unreachable; `shared`: the bits stand in there behind the way's corners. Allocates in __init__ only.
 

@@ -5,10 +5,10 @@ import random
 
 from tests.firmware_py.watched import watched
 
-storage, graph_module, sight_module, partition_module, topology_module, way_module, image_module = watched(
+storage, graph_module, sight_module, partition_module, topology_module, way_module, image_module, crumbs_module = watched(
     "firmware_py.storage.vector_store", "firmware_py.storage.region_graph", "firmware_py.building.sight",
     "firmware_py.building.partition", "firmware_py.building.topology", "firmware_py.building.way",
-    "firmware_py.storage.map_image",
+    "firmware_py.storage.map_image", "firmware_py.storage.breadcrumbs",
 )
 UNIT_M = 0.005
 
@@ -64,6 +64,19 @@ class Floor:
     def way_cm(self, a, b):
         """The straight way between two places in map units, None if it is not free."""
         return cost_cm(a, b) if self.sight.free(*a, *b, self.margin) else None
+
+
+def image_of(store, graph):
+    """map.bin, as the device would send it."""
+    image = image_module.MapImage(store, graph, crumbs_module.Breadcrumbs())
+    image.begin()
+    work_for(image)
+    return bytes(image.byte(i) for i in range(image.size))
+
+
+def work_for(image, pieces=7):
+    while not image.step(pieces):
+        pass
 
 
 def cost_cm(a, b):

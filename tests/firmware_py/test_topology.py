@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 
 from host_tools.map_file import decode_map
-from tests.firmware_py.floor_plans import UNIT_M, Floor, cost_cm, graph_module, image_module, rooms_in_a_row, varied, way_module
+from tests.firmware_py.floor_plans import UNIT_M, Floor, cost_cm, graph_module, image_of, rooms_in_a_row, varied, way_module
 from tests.firmware_py.test_partition import SHIPPED, plan
 
 WIDTHS = st.lists(st.floats(1.6, 5), min_size=2, max_size=6)
@@ -201,7 +201,4 @@ def test_the_map_goes_out_with_its_regions_and_ways_once_they_are_ready():
 
 
 def decoded(floor):
-    image = image_module.MapImage(floor.store, floor.graph)
-    image.begin()
-    image.step(image.size)
-    return decode_map(bytes(image.byte(i) for i in range(image.size)))
+    return decode_map(image_of(floor.store, floor.graph))
