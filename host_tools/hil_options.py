@@ -30,7 +30,8 @@ def add_arguments(parser):
     parser.add_argument("--seed", default="1", help="seed of every error and of the stops (default 1)")
     parser.add_argument("--heap", default=None, help="heap of the MicroPython VM (default 192k on unix, 27k on stm32)")
     parser.add_argument("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
-    parser.add_argument("--max-robot-s", metavar="S", default=None, help="end the mission after that much robot time (default 14400, four hours)")
+    parser.add_argument("--max-robot-s", metavar="S", default=None,
+                        help="end the mission after that much robot time (default 14400, four hours)")
     parser.add_argument("--log", metavar="FILE", help="keep the log of every frame")
     parser.add_argument("--json", metavar="FILE", help="write the result file")
     parser.add_argument("--out", metavar="DIR", help="write map.geojson, map.bin, map.png, *.tum and result.json")

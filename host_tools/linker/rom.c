@@ -10,6 +10,7 @@
 
 _Static_assert(MICROPY_QSTR_BYTES_IN_HASH == 2, "the tables are laid out by this hash");
 
+#define ROM_FUNCTION(defaults) static const struct {mp_obj_fun_bc_t code; mp_rom_obj_t of[defaults];}
 #define ROM_TABLE(used, table) {{&mp_type_dict}, {1, 1, 0, used, MP_ARRAY_SIZE(table), (mp_map_elem_t *)(void *)table}}
 
 extern const mp_module_context_t tvslam_module;

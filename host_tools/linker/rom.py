@@ -25,7 +25,7 @@ CHILDREN = re.compile(r"static const mp_raw_code_t \*const children_(\w+)\[\] = 
 
 
 def c_source(source, frozen):
-    """`source`: the linked module; `frozen`: the text of frozen_content.c that was made of it. The order of the functions in both is one."""
+    """`source`: the linked module; `frozen`: the text of frozen_content.c that was made of it, its functions in the same order."""
     codes = Codes(frozen)
     rom = Rom(codes)
     tree = ast.parse(source)
@@ -49,7 +49,7 @@ def c_source(source, frozen):
     rom.table("rom_globals", names)
     rom.lines.append("const byte rom_of_class[] = {%s};\nconst size_t rom_of_class_size = sizeof(rom_of_class);" % (
         ", ".join("[MP_QSTR_%s] = 1" % name for name in sorted(rom.of_classes))))
-    rom.lines.append("const mp_module_context_t %s_module = {\n    {{&mp_type_module}, (mp_obj_dict_t *)&rom_globals},\n    {%s, %s},\n};" % (
+    rom.lines.append("const mp_module_context_t %s_module = {{{&mp_type_module}, (mp_obj_dict_t *)&rom_globals}, {%s, %s}};" % (
         MODULE, *codes.constants))
     head = Path(__file__).with_name("rom.c").read_text(encoding="utf-8")
     return "\n".join(["", head, *rom.lines, ""])
@@ -70,7 +70,8 @@ class Codes:
     def children(self, name, count):
         found = self._children.get(name, [])
         if len(found) != count:
-            raise LinkError("%s has %d functions and classes, but the build froze %d: has MicroPython's mpy-tool changed?" % (name, count, len(found)))
+            raise LinkError("%s has %d functions and classes, but the build froze %d: has MicroPython's mpy-tool changed?" % (
+                name, count, len(found)))
         return found
 
     def of(self, name):
@@ -110,7 +111,7 @@ class Rom:
                 MODULE, name, of["asm_n_pos_args"], of["fun_data"], of["asm_type_sig"]))
         elif of["kind"] in FUNCTIONS:
             defaults = [self.value(_literal(default, {})) for default in args.defaults]
-            self.lines.append("static const struct {mp_obj_fun_bc_t code; mp_rom_obj_t defaults[%d];} rom_%s_%s = {{{&%s}, &%s_module, %s, %s}, {%s}};" % (
+            self.lines.append("ROM_FUNCTION(%d) rom_%s_%s = {{{&%s}, &%s_module, %s, %s}, {%s}};" % (
                 len(defaults), MODULE, name, FUNCTIONS[of["kind"]], MODULE, of["children"], of["fun_data"], ", ".join(defaults)))
         else:
             raise LinkError("%s is no machine code but %s: the image is built with -X emit=native." % (name, of["kind"]))
@@ -135,7 +136,7 @@ class Rom:
         return "MP_ROM_PTR(&%s)" % name
 
     def table(self, name, values):
-        """A dict in the VM's layout: open addressing by the names' hashes. Half of it stays free, as what is not in it is asked for, too."""
+        """A dict in the VM's layout: open addressing by the names' hashes. Half of it stays free: what is not in it is asked for, too."""
         places = [None] * min(2 * len(values) + 1, max(255, len(values) + 1))  # the VM's cache knows the first 256 places
         for key in values:
             at = qstr_hash(key) % len(places)

@@ -55,8 +55,9 @@ def _given(function):
     shared = {name for node in function.body if isinstance(node, ast.Global) for name in node.names}
     given = {}
     for node in function.body:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Name) and [getattr(t, "id", None) in shared for t in node.targets] == [True]:
-            given[node.targets[0].id] = node.value.id
+        targets = [getattr(target, "id", None) for target in node.targets] if isinstance(node, ast.Assign) else []
+        if len(targets) == 1 and targets[0] in shared and isinstance(node.value, ast.Name):
+            given[targets[0]] = node.value.id
         elif not isinstance(node, ast.Global):
             return {}
     return given

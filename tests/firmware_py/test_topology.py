@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 
 from host_tools.map_file import decode_map
-from tests.firmware_py.floor_plans import UNIT_M, Floor, cost_cm, graph_module, image_of, rooms_in_a_row, varied, way_module
+from tests.firmware_py.floor_plans import UNIT_M, Floor, graph_module, image_of, rooms_in_a_row, varied, way_module
 from tests.firmware_py.test_partition import SHIPPED, plan
 
 WIDTHS = st.lists(st.floats(1.6, 5), min_size=2, max_size=6)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tests.firmware_py.watched import watched
 
-(traveller,) = watched("firmware_py.collection.traveller")
+traveller = watched("firmware_py.collection.traveller")
 MM = st.integers(-20000, 20000)
 BAM = st.integers(0, 65535)
 

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from host_tools.map_file import decode_map
+from tests.firmware_py.floor_plans import image_of
 from tests.firmware_py.watched import watched
 
 vector_store, frame_module, walls_module, region_graph = watched(
