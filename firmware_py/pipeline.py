@@ -14,7 +14,7 @@ from .collection.ir_state import IrState
 from .collection.localization import Localization
 from .collection.odometry import Odometry
 from .collection.search import Search
-from .collection.states import CORNER_IN, CORNER_OUT, FOLLOW, SELECT, GOTO, BUILD, FAILED, DONE
+from .collection.states import CORNER_IN, CORNER_OUT, FOLLOW, SELECT, SWEEP, BUILD, FAILED, DONE
 from .collection.uwb import Uwb
 from .parameters import Parameters
 from .storage.barrier_list import BarrierList
@@ -232,7 +232,7 @@ class Tvslam:
             if self.outline.settled() and s.select(e, self.localization):
                 self._end(_REASON_CLOSED, True)
             return
-        if e.state > GOTO:
+        if e.state > SWEEP:
             return
         j = self.tick & 7
         if j == 0:

@@ -109,7 +109,7 @@ def decode_records(data):
         size = records.code(body + bytes(16), 1) - 1  # behind its end there are zeros
     except (IndexError, OverflowError, ValueError):
         size = -1
-    if size != len(body):
+    if size != len(body) or sum(records.counts) != records.used:
         raise MapError("the map's bytes do not agree with the counts in its header")
     return records
 
@@ -145,8 +145,6 @@ def _joined(records):
     """A chain of over 255 records comes as several entries: put them together again."""
     joined = []
     for first, count, kind in zip(records.firsts, records.counts, records.kinds, strict=True):
-        if first + count > records.used:
-            raise MapError("a chain of the map runs past the %d records" % records.used)
         last = joined[-1] if joined else None
         if (last and last[2] == kind and last[0] + last[1] == first and last[3] == CHAIN_COUNT_MAX
                 and not records.flags[first - 1] & FLAG_CHAIN_END):

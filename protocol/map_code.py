@@ -47,9 +47,9 @@ _FLAG = const(63)      # 1
 
 
 class MapCode:
-    # begin(model, buf, reads, mask), then step() until True. The same steps write and read, here and on the host, by `store` (xs, ys, sigmas,
-    # flags, firsts, counts, kinds, used, chains) and `graph` (regions, shared, region_count, node_count, edge_count, ready), as
-    # firmware_py/storage has them. Who reads sets the counts first: the header has them. Without `ready` the graph is left out.
+    # begin(model, buf, reads, mask), then step() until True. The same steps write and read, here and on the host, by `store` (xs, ys,
+    # sigmas, flags, firsts, counts, kinds, used, chains) and `graph` (regions, shared, region_count, node_count, edge_count, ready),
+    # as firmware_py/storage has them. Who reads sets the counts first: the header has them. Without `ready` the graph is left out.
     # What can be told from the rest is not coded: where a chain or a node's edges begin. Allocates in __init__ only.
 
     def __init__(self, store, graph):

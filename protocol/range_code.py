@@ -1,6 +1,6 @@
 # Numbers as bits whose likelihood is learned on the way, packed by a range coder (a carryless one, 24 bits wide).
 #
-#   code(s, model, buf, i, bit)                  -> the bit. Place i of the model tells how likely it is, and learns; i < 0: as likely as not
+#   code(s, model, buf, i, bit)                  -> the bit: place i of the model tells how likely it is, and learns; i < 0: not so
 #   number(s, model, buf, first, size, value)    -> the value, 0..65535: how many bits value + 1 has, as so many ones and a zero, by the
 #                                                   model's `size` places from `first` on; then those bits
 #
@@ -110,6 +110,6 @@ def number(s, model, buf, first, size, value):
 
 if sys.implementation.name == "micropython":
     try:
-        from protocol.range_code_viper import code, number  # noqa: F811  (the same, faster)
+        from protocol.range_code_viper import code, number  # noqa: F401, F811  (the same, faster)
     except (ImportError, SyntaxError, ValueError):  # a port without the emitter, or .mpy of another machine
         pass

@@ -1,4 +1,5 @@
-# code() and number() of range_code.py as machine code, the same to the last bit, for ports whose MicroPython has the emitter. MicroPython only.
+# code() and number() of range_code.py as machine code, the same to the last bit, for ports whose MicroPython has the
+# emitter. MicroPython only.
 
 # ruff: noqa: F821  (ptr8, ptr16, ptr32 are viper's)
 

@@ -220,8 +220,7 @@ class Partition:
     def _try(self):
         # Does the square stand at the vector here?
         if self._left > 0:
-            fits = self._fits()
-            if not fits:
+            if not self._fits():
                 self._on(1)
                 return
             if self._side == self._g.region_count and not self._inside:

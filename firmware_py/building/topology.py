@@ -30,7 +30,8 @@ class Topology:
     # joined; and before the middle of each wall that sees none. Where some are still not joined, all corners are asked again, for that
     # alone. Who sees the point 0.35 m before a gate, aside(gate's node, from x, y), is taken to see the gate.
     # An edge joins nodes that see each other: the straight way is free by `margin` on either side. First come those that join, then
-    # others while there is room, but none beside two that are hardly longer. Full: what does not fit is refused; those that would have joined count in the graph's `lost`.
+    # others while there is room, but none beside two that are hardly longer. Full: what does not fit is refused; those that would
+    # have joined count in the graph's `lost`.
     # Allocates in __init__ only.
 
     def __init__(self, vectors, sight, graph, partition):

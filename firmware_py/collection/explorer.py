@@ -5,7 +5,7 @@ from .bumper import Bumper, KNOWN, OFTEN
 from .follower import NO_WALL, BOXED_IN
 from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
-from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, SELECT, GOTO, BUILD, BUMP, FAILED, STUCK
+from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, SELECT, GOTO, SWEEP, BUILD, BUMP, FAILED, STUCK
 from .traveller import Traveller, AT_WALL, LOST
 
 _WINDOW_FOLLOW = const(3641)    # the reference lies from -200 to +20 degrees ...
@@ -15,6 +15,8 @@ _FRONT_MM = const(50)           # free way left when FIND_WALL calls it a wall
 _SPIRAL_MM = const(20000)       # straight that far without a wall: spiral
 _SPIRAL = const(73)             # 73 sqrt(256 s / mm) BAM = sqrt(4 pi s / m) rad: one metre wider each turn
 _ARC_BAM = const(72818)         # 400 degrees of arc without a wall
+_POCKET_BAM = const(72818)     # 400 degrees to the left
+_CLOSE_MM = const(8)
 _BOXED_TICKS = const(400)       # 8 s
 _WATCH_TICKS = const(150)       # 3 s: less than 4 cm in that time is dithering before a gap
 _WATCH_MM = const(40)
@@ -99,7 +101,7 @@ class Explorer:
                 self.state = FIND_WALL
         elif state == SELECT:
             self.motion.stop()
-        elif state == GOTO:
+        elif GOTO <= state <= SWEEP:
             self._travel(tick, ultrasonic_mm)
         else:
             self._roll(tick, ultrasonic_mm)
@@ -121,11 +123,12 @@ class Explorer:
         self.motion.stop()
         self.state = SELECT
 
-    def go_to(self, x_mm, y_mm, wall):
+    def go_to(self, x_mm, y_mm, wall, state):
+        # state: GOTO to a barrier, SWEEP to a place that nobody has seen.
         self.traveller.begin(x_mm, y_mm, wall)
         self._course_held = False
         self.outcome = 0
-        self.state = GOTO
+        self.state = state
 
     def end(self, state):
         self.state = state
@@ -168,6 +171,7 @@ class Explorer:
                 self.state = ALIGN if said == AT_WALL else SELECT
                 return
             if not t.around:
+                self._leg_turn = o.turn_bam
                 self._course_turn = self._looked_turn + t.heading_bam
                 self._course_held = True
         if t.around:
@@ -180,6 +184,8 @@ class Explorer:
         o = self._odometry
         f.disc_mm = self._disc_mm + self.bumper.keep_off_mm()
         f.tight_mm = f.body_mm + 4
+        if self.state >= GOTO and o.turn_bam - self._leg_turn > _POCKET_BAM:
+            f.disc_mm = f.body_mm + _CLOSE_MM  # round the inside of a pocket: out by the gap that let it in
         if self._watch(tick):
             return
         if o.path_mm < self._wary_to_mm:
@@ -203,7 +209,7 @@ class Explorer:
         if self._boxed:
             self._boxed -= 2
         if heading == NO_WALL:
-            if self.state == GOTO:
+            if self.state >= GOTO:
                 self.traveller.around = False
                 return
             if not self.arcing:
@@ -221,7 +227,7 @@ class Explorer:
         self.motion.head(heading, f.gap_mm, ultrasonic_mm)
         if self.mapping:
             self._mode()
-        elif self.state != GOTO:
+        elif self.state < GOTO:
             self._align(heading)
 
     def _watch(self, tick):

@@ -2,6 +2,7 @@
 
 from ..fixed import polar
 from ..limits import CELLS_MAX, NODES_MAX
+from .states import GOTO, SWEEP
 from .traveller import ARRIVED, LOST
 
 _CELL_MM = const(370)          # the beams see 36 cm to the left of the centre and 42 cm to the right
@@ -89,12 +90,14 @@ class Search:
 
     def _leg(self, explorer):
         # To the next corner of the way, or to the target itself.
+        wall = self.kind == BARRIER
+        state = GOTO if wall else SWEEP
         if self._on_way:
             w = self._way
             w.next()
-            explorer.go_to(w.x_mm, w.y_mm, self.kind == BARRIER and w.last())
+            explorer.go_to(w.x_mm, w.y_mm, wall and w.last(), state)
         else:
-            explorer.go_to(self.x_mm, self.y_mm, self.kind == BARRIER)
+            explorer.go_to(self.x_mm, self.y_mm, wall, state)
 
     def begin(self):
         v = self._vectors

@@ -25,7 +25,8 @@ def maps(draw):
         store.open_chain(draw(BYTE))
         x = y = 0
         wild = draw(st.booleans())
-        for way, length, sigma, flags in draw(st.lists(st.tuples(st.integers(0, 3), NEAR, BYTE, BYTE), max_size=draw(st.sampled_from([3, 30, 300])))):
+        size = draw(st.sampled_from([3, 30, 300]))
+        for way, length, sigma, flags in draw(st.lists(st.tuples(st.integers(0, 3), NEAR, BYTE, BYTE), max_size=size)):
             if wild:
                 x, y = draw(ANYWHERE), draw(ANYWHERE)
             else:

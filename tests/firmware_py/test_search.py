@@ -28,8 +28,10 @@ class Robot:
         self.driven = [(x, y)]
         self.walls = []       # the targets that were said to be walls
         self.halted = 0
+        self.states = set()
 
-    def go_to(self, x_mm, y_mm, wall):
+    def go_to(self, x_mm, y_mm, wall, state):
+        self.states.add(state)
         if wall:
             self.walls.append((x_mm / 1000, y_mm / 1000))
         if self.refuse(x_mm / 1000, y_mm / 1000):

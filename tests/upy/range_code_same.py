@@ -1,5 +1,6 @@
-# protocol/range_code_viper.py against the loops of protocol/range_code.py, inside MicroPython: the same bytes, models and values, written and
-# read. Locked: neither may allocate. The plain loops come from the source without its last lines, which put the machine code in their place.
+# protocol/range_code_viper.py against the loops of protocol/range_code.py, inside MicroPython: the same bytes, models and values,
+# written and read. Locked: neither may allocate. The plain loops come from the source without its last lines, which put the
+# machine code in their place.
 
 from array import array
 
