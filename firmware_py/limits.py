@@ -29,9 +29,12 @@ assert NODES_MAX < 255   # 255: no node
 EDGES_MAX = 128          # between them
 assert EDGES_MAX < 256
 
+CORNERS_MAX = 120        # places that ways lead over while exploring; a cluttered floor of 400 vectors has that many
+assert NODES_MAX <= CORNERS_MAX <= 125  # seven bits, and two for the ends
+
 # u16 that no two need at once: exploring (corners that ways bend round, cells seen), then the gates that may be, then nodes and edges.
-SHARED_MAX = 384
-assert SHARED_MAX >= 2 * NODES_MAX + CELLS_MAX // 16
+SHARED_MAX = 496
+assert SHARED_MAX >= 2 * CORNERS_MAX + CELLS_MAX // 16
 assert SHARED_MAX >= 3 * NODES_MAX + EDGES_MAX
 
 ANCHORS_MAX = 32

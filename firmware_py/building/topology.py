@@ -73,7 +73,8 @@ class Topology:
             n -= 1
             edges = g.edge_count
             if self._phase == _PAIRS:
-                self._pair()
+                if self._pair():
+                    n = 0
             elif self._n < 0:
                 self._next_place()
                 if self._n >= 0:
@@ -230,7 +231,7 @@ class Topology:
                 self._labels[k] = label
 
     def _pair(self):
-        # An edge between two nodes that see each other.
+        # An edge between two nodes that see each other. -> whether they do
         g = self._g
         a = self._i
         b = self._n
@@ -239,25 +240,26 @@ class Topology:
             self._n = a + 2
             if a + 2 >= g.node_count or g.edge_count == EDGES_MAX:
                 self._phase = _DONE
-            return
+            return False
         self._n = b + 1
-        if self._sight.free(g.at(2 * a), g.at(2 * a + 1), g.at(2 * b), g.at(2 * b + 1), self.margin) and not self._spared(a, b):
-            self._link(a, b)
+        if self._sight.free(g.at(2 * a), g.at(2 * a + 1), g.at(2 * b), g.at(2 * b + 1), self.margin):
+            if not self._spared(a, b):
+                self._link(a, b)
+            return True
+        return False
 
     def _spared(self, a, b):
         # Whether over a node that both are joined with it is hardly farther.
         g = self._g
+        s = g.shared
         far = self._length(a, b) * _DETOUR >> 3
+        x = g.at(2 * a) + g.at(2 * b) - far >> 1  # such a node lies in the box from there on
+        y = g.at(2 * a + 1) + g.at(2 * b + 1) - far >> 1
         for n in range(g.node_count):
-            if n != a and n != b and self._box(a, n) + self._box(n, b) <= far and g.edge(a, n) >= 0 and g.edge(n, b) >= 0:
+            if (s[2 * n] - x & 0xFFFF) <= far and (s[2 * n + 1] - y & 0xFFFF) <= far and g.edge(a, n) >= 0 and g.edge(n, b) >= 0:
                 if self._length(a, n) + self._length(n, b) <= far:
                     return True
         return False
-
-    def _box(self, a, b):
-        # Never more than the length.
-        g = self._g
-        return max(abs(g.at(2 * a) - g.at(2 * b)), abs(g.at(2 * a + 1) - g.at(2 * b + 1)))
 
     def _length(self, a, b):
         g = self._g

@@ -3,13 +3,14 @@
 
 from array import array
 from ..fixed import isqrt, polar, sine, cosine
-from ..limits import NODES_MAX
+from ..limits import CORNERS_MAX
 from ..storage.vector_store import BARRIER, CHAIN_END
 
 _OFF_MM = const(270)           # from the corner into free space; half the passage where it is narrow
 _OFF_LEAST_MM = const(190)
 _BODY = const(38)              # map units of 5 mm: to the next wall, along a way
-_TIGHT = const(34)             # where there is no other
+_TIGHT = const(34)             # where there is no other: the body itself
+_TIGHTEST = const(30)          # nor such a one: the map may be 2 cm off, and the robot has been everywhere
 _MERGE = const(60)             # 30 cm: two corners that near share a node
 _SMALL = const(100)            # 50 cm: round a smaller barrier nobody plans a way
 _STOP_CM = const(8)            # a stop and a turn on the way over corners cost as much
@@ -21,10 +22,12 @@ _CLOSED = const(128)           # a mark: the node's own way is known; the lower 
 _WORK = const(160)
 _LOOK = const(14)
 _CHOICE = const(50)
+_VERTEX = const(6)
+_CORNER = const(50)
 
 # the two ends, beside the nodes
-GOAL = NODES_MAX
-START = NODES_MAX + 1
+GOAL = CORNERS_MAX
+START = CORNERS_MAX + 1
 
 # what step() says
 BUSY = 0
@@ -38,14 +41,14 @@ class Way:
     #
     # The search runs from the goal to the start, so that each node knows the next one of its way. What may be left is taken for the
     # longer side of the box between: never more than it is, and it never falls by more than a way is long.
-    # Over corners a leg costs 8 cm more than its length, and if there is no way with 19 cm beside it, one with 17 cm will do.
+    # Over corners a leg costs 8 cm more than its length, and if there is no way with 19 cm beside it, one with 17 or 15 cm will do.
     # Over turning nodes, a gate's counts as seen from a place that sees the point before the gate, Topology.aside(): that is passed, too.
     #
     # Corners: x, y in the graph's shared places, where the nodes come later; marks u8; here cost u16 in cm to the goal.
     # Full: later corners are left out and counted in `lost`. Allocates in __init__ only.
 
     def __init__(self, vectors, sight, graph, topology):
-        self._costs = array("H", bytes(2 * NODES_MAX + 4))
+        self._costs = array("H", bytes(2 * CORNERS_MAX + 4))
         self._marks = graph.marks
         self.used = 0
         self.lost = 0
@@ -58,6 +61,7 @@ class Way:
         self._topology = topology
         self._built = -1        # generation of the map that the nodes are of
         self._chain = 0
+        self._record = 0        # of that chain
         self._here = GOAL       # node that the robot goes to
         self._beside = False    # it goes to the point before that one, or before the one it came from
         self._margin = 0
@@ -69,28 +73,36 @@ class Way:
         self._y1 = 0
 
     def build(self):
-        # The corners of one chain a call. -> True when the nodes are those of the present map
+        # Some corners a call. -> True when the nodes are those of the present map
         v = self._vectors
         if self._g.ready:
             self.used = self._g.node_count
             return True
         if self._built == v.generation:
             return True
-        if self._chain == 0:
+        if self._chain == 0 and self._record == 0:
             self.used = 0
         c = self._chain
         if c >= v.chains:
             self._built = v.generation
             self._chain = 0
             return True
-        self._chain = c + 1
         first = v.firsts[c]
         last = first + v.counts[c] - 1
-        if not v.kinds[c] & BARRIER or self._large(first, last):
-            closed = not v.flags[last] & CHAIN_END
-            for i in range(first, last + 1):
-                if first < i < last or closed:
-                    self._corner(i - 1 if i > first else last, i, i + 1 if i < last else first)
+        i = first + self._record
+        work = _WORK
+        if i == first and v.kinds[c] & BARRIER and not self._large(first, last):
+            i = last + 1
+        while i <= last and work > 0:
+            work -= _VERTEX
+            if first < i < last or not v.flags[last] & CHAIN_END:
+                if self._corner(i - 1 if i > first else last, i, i + 1 if i < last else first):
+                    work -= _CORNER
+            i += 1
+        self._record = i - first
+        if i > last:
+            self._record = 0
+            self._chain = c + 1
         return False
 
     def begin(self, x0_mm, y0_mm, x1_mm, y1_mm):
@@ -103,7 +115,7 @@ class Way:
     def _restart(self, margin):
         self._margin = margin
         self.length_cm = _UNREACHED
-        for n in range(NODES_MAX + 2):
+        for n in range(CORNERS_MAX + 2):
             self._costs[n] = _UNREACHED
             self._marks[n] = 0
         self._here = GOAL
@@ -118,9 +130,9 @@ class Way:
                 work -= _CHOICE
                 a = self._at = self._hopeful()
                 if a < 0:
-                    if self._g.ready or self._margin == _TIGHT:
+                    if self._g.ready or self._margin == _TIGHTEST:
                         return NONE
-                    self._restart(_TIGHT)
+                    self._restart(_TIGHT if self._margin == _BODY else _TIGHTEST)
                     return BUSY
                 if a == START:
                     self.length_cm = self._costs[START]
@@ -174,7 +186,7 @@ class Way:
         # cm past the point before a gate, of which a or b is the node and the other an end.
         t = self._topology
         if a < GOAL:
-            a, b = b, a
+            return self._around(b, a) if b >= GOAL else _UNREACHED
         x = self._x(a)
         y = self._y(a)
         cost = _UNREACHED
@@ -192,8 +204,8 @@ class Way:
         to = self._marks[n] & ~_CLOSED
         self._beside = not self._beside and not self._passes(n, to) and not self._free(n, to)
         if self._beside:
-            gate, end = (to, n) if n == START else (n, to)
-            self._topology.aside(gate, self._x(end), self._y(end))
+            end = n if n == START else to
+            self._topology.aside(n + to - end, self._x(end), self._y(end))
             self.x_mm = self._topology.aside_x * 5
             self.y_mm = self._topology.aside_y * 5
         else:
@@ -234,7 +246,7 @@ class Way:
         return False
 
     def _corner(self, before, i, after):
-        # Free space lies to the left of a vector: where the wall turns right, it goes round the corner.
+        # Free space lies to the left of a vector: where the wall turns right, it goes round the corner. -> whether it does
         v = self._vectors
         x = v.xs[i]
         y = v.ys[i]
@@ -242,22 +254,27 @@ class Way:
         q = polar(_short(v.xs[after] - x), _short(v.ys[after] - y)) & 0xFFFF
         turn = (q - p + 32768 & 0xFFFF) - 32768
         if turn > -3640:
-            return
+            return False
         bam = p + (turn >> 1) + 16384
         off = _OFF_MM
         while not self._place(x + off * cosine(bam) // 163840, y + off * sine(bam) // 163840):
             off -= 40
             if off < _OFF_LEAST_MM:
-                return
+                break
+        return True
 
     def _place(self, x, y):
         # A node at x, y, unless there is one near. -> False: the robot does not fit in there
         if not self._sight.free(x - _TIGHT, y, x + _TIGHT, y, _TIGHT):
             return False
-        for k in range(self.used):
-            if abs(self._x(k) - x) < _MERGE and abs(self._y(k) - y) < _MERGE:
-                return True
-        if self.used == NODES_MAX or not (-32768 <= x <= 32767 and -32768 <= y <= 32767):
+        s = self._g.shared
+        k = self.used
+        while k:
+            k -= 1
+            if (s[2 * k] - x + _MERGE & 0xFFFF) < 2 * _MERGE and (s[2 * k + 1] - y + _MERGE & 0xFFFF) < 2 * _MERGE:
+                if self._sight.free(self._x(k), self._y(k), x, y, _TIGHT):
+                    return True
+        if self.used == CORNERS_MAX or not (-32768 <= x <= 32767 and -32768 <= y <= 32767):
             self.lost = self.lost + 1 & 0xFFFF
         else:
             self._g.shared[2 * self.used] = x & 0xFFFF

@@ -1,7 +1,7 @@
 # What is still to be looked at when the outline is known: barriers seen in passing, then places that no sensor has seen.
 
 from ..fixed import polar
-from ..limits import CELLS_MAX, NODES_MAX
+from ..limits import CELLS_MAX, CORNERS_MAX
 from .states import GOTO, SWEEP
 from .traveller import ARRIVED, LOST
 
@@ -234,7 +234,7 @@ class Search:
     def _is_seen(self, i, j):
         if 0 <= i < self._columns and 0 <= j < self._rows:
             n = j * self._columns + i
-            return self._seen[2 * NODES_MAX + (n >> 4)] >> (n & 15) & 1
+            return self._seen[2 * CORNERS_MAX + (n >> 4)] >> (n & 15) & 1
         return 1
 
     def _mark(self, i, j):
@@ -242,4 +242,4 @@ class Search:
             self._see(j * self._columns + i)
 
     def _see(self, n):
-        self._seen[2 * NODES_MAX + (n >> 4)] |= 1 << (n & 15)
+        self._seen[2 * CORNERS_MAX + (n >> 4)] |= 1 << (n & 15)

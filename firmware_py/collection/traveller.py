@@ -15,11 +15,12 @@ _FRONT_MM = const(50)
 _STRAIGHT_BAM = const(1500)    # who can head so near to the goal's bearing goes straight
 _DEFLECT_BAM = const(9000)     # who must turn away farther goes round
 _LEAVE_MM = const(150)         # nearer to the goal by that than where it was met: the obstacle is left
-_ROUND_MM = const(15000)       # farther round an obstacle nobody goes
+_ROUND_MM = const(15000)       # farther round an obstacle nobody goes, nor farther beside the straight way and back
 
 
 class Traveller:
-    # A bug algorithm: who leaves an obstacle is nearer to the goal than when he met it, so that it ends.
+    # A bug algorithm: who leaves an obstacle is nearer to the goal than when he met it. Turning aside a little may still lead in
+    # circles, so that a way has its limit.
     #   begin(x_mm, y_mm, wall)   on the map; wall: the goal is a wall, not a place
     #   step(here, follower, path_mm)  in even ticks -> GOING, ...; heading_bam: where to go, relative to the robot's heading
     #                             at the follower's last look; around: the follower is to steer
@@ -33,12 +34,14 @@ class Traveller:
         self._wall = False
         self._met_mm = 0        # distance to the goal where the obstacle was met
         self._met_path_mm = 0
+        self._limit_mm = -1     # path by which it must be there; -1: not known yet
 
     def begin(self, x_mm, y_mm, wall):
         self.x_mm = x_mm
         self.y_mm = y_mm
         self._wall = wall
         self.around = False
+        self._limit_mm = -1
 
     def step(self, here, follower, path_mm):
         dx = self.x_mm - here.x_mm
@@ -58,6 +61,10 @@ class Traveller:
         free = follower.free(error, follower.body_mm + 8, LINEAR)
         if not -_DEFLECT_BAM < free - error < _DEFLECT_BAM:
             free = follower.free(error, follower.body_mm + 2, STEEP)  # through the needle's eye
+        if self._limit_mm < 0:
+            self._limit_mm = path_mm + 2 * far_mm + _ROUND_MM
+        elif path_mm > self._limit_mm:
+            return LOST
         if self.around:
             if path_mm - self._met_path_mm > _ROUND_MM:
                 return LOST

@@ -9,7 +9,7 @@ SOURCE_STRENGTH = 1
 SOURCE_TIME_OF_FLIGHT = 2
 
 _RECORDS_MAX = const(15)       # as many as a STEP holds
-_RECORDS = const(4)            # worked off a tick: a report comes in one of five
+_RECORDS = const(8)            # worked off a tick: a report comes in one of five, and the filter needs two of them
 _RANGE_MAX_MM = const(40000)
 _LOSS_MAX = const(20000)       # cdB from the level at 1 m, either way
 _AGE_SHIFT = const(5)          # each report fades the older ones by 1/32: about three seconds of them count

@@ -2,7 +2,7 @@
 
 from array import array
 from protocol.map_code import ABOUT, EDGES
-from ..limits import EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
+from ..limits import CORNERS_MAX, EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
 
 # a region's six places in `regions`
 FIRST = 0      # record of the vector store that its range begins with
@@ -30,7 +30,7 @@ class RegionGraph:
     def __init__(self):
         self.regions = array("H", bytes(12 * REGIONS_MAX))
         self.shared = array("H", bytes(2 * SHARED_MAX))
-        self.marks = bytearray(NODES_MAX + 2)
+        self.marks = bytearray(CORNERS_MAX + 2)
         self.region_count = 0
         self.node_count = 0
         self.edge_count = 0
@@ -50,7 +50,7 @@ class RegionGraph:
     def edge(self, a, b):
         # Where the edge of two nodes stands, -1 if there is none.
         if a > b:
-            a, b = b, a
+            return self.edge(b, a)
         k = EDGES + (self.shared[ABOUT + a] & 255)
         end = k + (self.shared[ABOUT + a] >> 8)
         while k < end:

@@ -19,7 +19,8 @@ def test_the_numbers_that_the_core_repeats_are_the_protocols():
         assert getattr(core_states, name) == getattr(states, name), name
     for name in ("CLOSED", "NO_WALL", "STORE_FULL", "STUCK", "TOO_LONG"):
         assert getattr(pipeline, f"_REASON_{name}") == getattr(states, f"REASON_{name}"), name
-    assert states.DEGRADED == ("vectors", "chains") and (pipeline.DEGRADED_VECTORS, pipeline.DEGRADED_CHAINS) == (1, 2)
+    assert states.DEGRADED == ("vectors", "chains", "topology")
+    assert (pipeline.DEGRADED_VECTORS, pipeline.DEGRADED_CHAINS, pipeline.DEGRADED_TOPOLOGY) == (1, 2, 4)
     bits = ["_MIDPOINT", "_WALL_OFFSET", "_CORNERS", "_SPREAD", "_DISTANCE_FIXES", "_WEIGHTED", "_EQ1_LITERAL",
             "_FILTER", "_CALIBRATE", "_MANHATTAN"]
     assert [getattr(pipeline, bit) for bit in bits] == [1 << i for i in range(len(parameters.FLAGS))]

@@ -85,3 +85,13 @@ def test_who_has_gone_round_for_15_m_is_lost():
     assert it.step(here(0, 0), Road(blocked=12000), 17001) == traveller.LOST
     it.begin(5000, 0, False)
     assert it.step(here(0, 0), Road(), 17002) == traveller.GOING, "another goal, another try"
+
+
+def test_a_way_that_only_turns_aside_has_an_end():
+    it = going_to(5000, 0)
+    aside = Road(blocked=5000)
+    assert it.step(here(0, 0), aside, 1000) == traveller.GOING
+    assert it.step(here(0, 0), aside, 1000 + 10000 + 15000 - 20) == traveller.GOING
+    assert it.step(here(0, 0), aside, 1000 + 10000 + 15000 + 20) == traveller.LOST
+    it.begin(5000, 0, False)
+    assert it.step(here(0, 0), aside, 30000) == traveller.GOING

@@ -96,12 +96,12 @@ def test_more_corners_than_nodes_are_counted():
         x = 800 * k
         comb += [(x + 100, 4000), (x + 100, 2000), (x, 2000), (x, 4000)]
     way = planner((4, comb + [(0, 4000)]))
-    assert way.used <= 64 and way.lost == 0
-    places = [(1500 * k, 1500 * m) for k in range(1, 7) for m in range(1, 6)]
+    assert way.used <= way_module.GOAL and way.lost == 0
+    places = [(1500 * k, 1500 * m) for k in range(1, 8) for m in range(1, 7)]
     chains = [(5, [(x, y), (x, y + 505), (x + 505, y + 505), (x + 505, y)]) for x, y in places]
-    way = planner((4, [(0, 0), (12000, 0), (12000, 10000), (0, 10000)]), *chains)
-    assert way.used == 64 and way.lost > 0
-    assert path(way, (300, 300), (11700, 9700)) is not None
+    way = planner((4, [(0, 0), (13000, 0), (13000, 11000), (0, 11000)]), *chains)
+    assert way.used == way_module.GOAL and way.lost > 0
+    assert path(way, (300, 300), (12700, 10700)) is not None
 
 
 @pytest.mark.parametrize("far", [32767 * 5, 100_000])
