@@ -4,6 +4,7 @@ from .building.closure import Closure
 from .building.outline import Outline, CLOSING, ISLAND, STRAY, STALE, DONE as OUTLINE_DONE
 from .building.partition import Partition
 from .building.sight import Sight
+from .building.tidy import Tidy
 from .building.topology import Topology
 from .building.walls import WallMapper
 from .building.way import Way
@@ -11,10 +12,12 @@ from .collection.explorer import Explorer
 from .collection.follower import Follower
 from .collection.infrared import Infrared
 from .collection.ir_state import IrState
+from .collection.landmarks import Landmarks
 from .collection.localization import Localization
 from .collection.odometry import Odometry
 from .collection.search import Search
-from .collection.states import CORNER_IN, CORNER_OUT, FOLLOW, SELECT, SWEEP, BUILD, FAILED, DONE
+from .collection.states import SELECT, SWEEP, BUILD, FAILED, DONE
+from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
 from .parameters import Parameters
 from .storage.barrier_list import BarrierList
@@ -22,7 +25,7 @@ from .storage.breadcrumbs import Breadcrumbs
 from .storage.frame import Frame
 from .storage.hit_ring import HitRing
 from .storage.map_image import MapImage
-from .storage.point_ring import PointRing, CONVEX, CONCAVE, SHORT
+from .storage.point_ring import PointRing
 from .storage.region_graph import RegionGraph
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
@@ -44,8 +47,6 @@ _BUMP = const(12)
 _UWB = const(13)
 _SIDE = const(5)             # I6, the mapping beam
 _SIDE_MAX_MM = const(250)
-_FIX_MM = const(100)         # two fixes are at least that far apart
-_FIX_EVERY_MM = const(1500)
 _PAST_MM = const(1000)
 _ROOM_MM = const(10)         # beside the body, on a way of the topology
 _PATH_MAX_MM = const(1500000)   # along one outline; then from one target to the next, of which there are so many and no more
@@ -61,6 +62,8 @@ _EQ1_LITERAL = const(64)
 _FILTER = const(128)
 _CALIBRATE = const(256)
 _MANHATTAN = const(512)
+_LANDMARKS = const(1024)
+_SHADOWING = const(2048)
 
 
 class Tvslam:
@@ -82,9 +85,6 @@ class Tvslam:
         self._flags = 0
         self._threshold_mm = 160
         self._since_mm = 0
-        self._last_fix_mm = 0
-        self._last_corners = 0
-        self._last_state = 0
         self._last_generation = 0
         self._stage = 0       # of the building
         self._margin = 36
@@ -94,6 +94,7 @@ class Tvslam:
         self.crumbs = Breadcrumbs()
         self.sight = Sight(self.vectors)
         self.graph = RegionGraph()
+        self.tidy = Tidy(self.vectors)
         self.partition = Partition(self.vectors, self.sight, self.graph)
         self.topology = Topology(self.vectors, self.sight, self.graph, self.partition)
         self.way = Way(self.vectors, self.sight, self.graph, self.topology)
@@ -106,14 +107,15 @@ class Tvslam:
         self.uwb = Uwb()
         self.localization = Localization(self.odometry, self.uwb, self.frame)
         self.infrared = Infrared(self.hits)
+        self.landmarks = Landmarks(self.vectors, self.sight, self.infrared, self.frame)
         self.directions = IrState()
         self.follower = Follower(self.hits)
         self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower,
                                  self.localization)
         self.walls = WallMapper(self.vectors, self.frame)
+        self.turning_points = TurningPoints(self.points, self.walls, self.localization)
         self.closure = Closure(self.vectors)
-        self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure,
-                               self.sight)
+        self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure, self.sight)
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
@@ -134,7 +136,9 @@ class Tvslam:
         self.explorer.begin(p.of("body_radius"), p.of("wall_gap"), p.of("speed_max"), p.of("turn_max"), track_um)
         self.uwb.begin(p, flags & _WEIGHTED, flags & _FILTER)
         self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED, flags & _FILTER,
-                                flags & _CALIBRATE, flags & _MANHATTAN)
+                                flags & _CALIBRATE, flags & _MANHATTAN, flags & _SHADOWING)
+        self.landmarks.on = flags & _LANDMARKS and flags & _FILTER
+        self.turning_points.between = flags & _DISTANCE_FIXES
         self.walls.begin(flags & _CORNERS)
         self._margin = (p.of("body_radius") + _ROOM_MM) // 5
         self.outline.spread = flags & _SPREAD != 0
@@ -156,7 +160,7 @@ class Tvslam:
         elif e.abandoned:
             self.outline.abandon()
         if e.inside:
-            self._look_inside()
+            self._look_inside(values[_SONAR])
         if e.mapping:
             self._map(x_mm, y_mm)
         if e.state == BUILD:
@@ -175,7 +179,7 @@ class Tvslam:
     def _build(self):
         # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
         if self._stage == 0:
-            if self.outline.settled():
+            if self.outline.settled() and self.tidy.step():
                 self.partition.begin()
                 self._stage = 1
         elif self._stage == 1:
@@ -196,7 +200,7 @@ class Tvslam:
     def _map(self, x_mm, y_mm):
         e = self.explorer
         o = self.odometry
-        self._turning_point(e.state)
+        self.turning_points.visit(e.state, o.path_mm)
         if self.infrared.ranges_mm[_SIDE] < _SIDE_MAX_MM:
             self.localization.wall(self.infrared.hit_x[_SIDE], self.infrared.hit_y[_SIDE])
             if self._flags & _WALL_OFFSET:
@@ -211,6 +215,7 @@ class Tvslam:
             e.closing = True
         elif came == OUTLINE_DONE:
             self.outline.finish()
+            self.localization.closed(self.closure.x_mm, self.closure.y_mm)
             e.inside = True
             e.leave()
         elif came == STALE:
@@ -223,12 +228,13 @@ class Tvslam:
         elif self.vectors.lost or self.vectors.chains_lost:
             self._end(_REASON_STORE_FULL, True)
 
-    def _look_inside(self):
+    def _look_inside(self, sonar_mm):
         # The outline is known. What else stands here?
         e = self.explorer
         s = self.search
         if e.state == SELECT:
             self._since_mm = self.odometry.path_mm
+            self.turning_points.visit(SELECT, self.odometry.path_mm)
             if self.outline.settled() and s.select(e, self.localization):
                 self._end(_REASON_CLOSED, True)
             return
@@ -238,32 +244,12 @@ class Tvslam:
         if j == 0:
             s.passing(self.localization)
         if not e.mapping:
-            self._turning_point(e.state)
+            self.turning_points.visit(e.state, self.odometry.path_mm)
+        if self.landmarks.on:
+            self.landmarks.look(self.localization, self.odometry.path_mm, -1 if e.mapping else j, sonar_mm)
         if self.infrared.ranges_mm[j] < _SIDE_MAX_MM and not (e.mapping and j == _SIDE):
             self.frame.put(self.infrared.hit_x[j], self.infrared.hit_y[j])
             s.note(self.frame.x, self.frame.y, e)
-
-    def _turning_point(self, state):
-        # A point (Paper eq. 5) where the direction changes, and with it a fix; a fix each 1.5 m besides.
-        o = self.odometry
-        here = self.localization
-        far = o.path_mm - self._last_fix_mm
-        kind = -1
-        if state != self._last_state:
-            if state == CORNER_IN:
-                kind = CONVEX
-            elif state == CORNER_OUT:
-                kind = CONCAVE
-            self._last_state = state
-        if self.walls.corners != self._last_corners:
-            self._last_corners = self.walls.corners
-            if kind < 0 and state == FOLLOW:
-                kind = SHORT
-        if kind >= 0:
-            self.points.add(here.x_mm // 5, here.y_mm // 5, here.heading_bam, kind)
-        if (kind >= 0 and far > _FIX_MM) or (far > _FIX_EVERY_MM and self._flags & _DISTANCE_FIXES):
-            self._last_fix_mm = o.path_mm
-            here.fix()
 
     def _end(self, reason, good):
         # In good order: what is mapped is finished, built and sealed.

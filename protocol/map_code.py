@@ -21,11 +21,12 @@ EDGES = 192
 
 _BARRIER = const(1)
 _LONG = const(200)     # map units: as long a vector is a long one
-_NEAR = const(2)       # as long as the last but one, nearly
+_NEAR = const(2)       # that near to where another vector ended
+_ENDS = const(8)       # so many such places of the last vectors, for each axis
+_AHEAD = const(4)      # what is nearer than that is behind
 
 # places of the model, for vectors and chains ...
 _TURN = const(0)       # 27: by the two turns before
-_SAME = const(27)      # 2
 _OFF = const(29)       # 1 + 2
 _LENGTH = const(32)    # 12
 _ASIDE = const(44)     # 4 times 1 + 6
@@ -34,16 +35,19 @@ _FLAGS = const(78)     # 4 + 3 + 1 + 2 + 1
 _COUNT = const(89)     # 8
 _KIND = const(97)      # 4
 _START = const(101)    # 1 + 13
+_WHICH = const(115)    # 4
+_KNOWN = const(119)    # 3 times 2
 # ... and, when all is forgotten, for regions, nodes and edges
 _FAR = const(0)        # 1 + 13
 _GATE = const(14)      # 1 + 9
-_MANY = const(24)      # 5
-_AREA = const(29)      # 13
-_LINES = const(42)     # 6
-_FEW = const(48)       # 4
-_NEXT = const(52)      # 6
-_PARENT = const(58)    # 5
-_FLAG = const(63)      # 1
+_MANY = const(24)      # 11
+_AREA = const(35)      # 13
+_LINES = const(48)     # 6
+_FEW = const(54)       # 4
+_NEXT = const(58)      # 6
+_PARENT = const(64)    # 5
+_EDGES = const(69)     # 5
+_FLAG = const(74)      # 1
 
 
 class MapCode:
@@ -68,7 +72,7 @@ class MapCode:
         self._way = 0          # east, north, west, south: nearly so lies the last vector
         self._turn = 0         # by so many quarters it turned
         self._length = 0
-        self._before = 0       # length of the one before
+        self._ends = array("h", bytes(4 * _ENDS))   # x, and y, where vectors ended that led along that axis, the last one first
         self._sigma = 0
 
     def begin(self, model, buf, reads, mask):
@@ -76,9 +80,11 @@ class MapCode:
         self._buf = buf
         begin(self.s, buf, reads, mask)
         forget(model, MODEL_PLACES)
-        self._chain = self._part = 0
-        self._k = -1
-        self._x = self._y = self._sigma = 0
+        self._chain = -1
+        self._next_chain()
+        self._part = self._x = self._y = self._sigma = 0
+        for i in range(2 * _ENDS):
+            self._ends[i] = 0
 
     def step(self):
         # One chain's head, one vector, half of it, or one thing of the graph. -> True when all is coded
@@ -141,8 +147,7 @@ class MapCode:
         if self._bit(_KIND + 3, 1 if region else 0):
             kind |= self._bits(5, region) << 3
         v.kinds[c] = kind
-        self._k = 0
-        self._way = self._turns = self._length = self._before = 0
+        self._k = self._way = self._turns = 0
         if v.counts[c] == 0:
             self._next_chain()
 
@@ -165,24 +170,20 @@ class MapCode:
             dy = self._signed(_START, 13, dy)
         else:
             self._half = True
-            if abs(dx) >= abs(dy):
-                way = 0 if dx >= 0 else 2
-            else:
-                way = 1 if dy > 0 else 3
+            way = (0 if dx >= 0 else 2) if abs(dx) >= abs(dy) else 1 if dy > 0 else 3
             length = abs(dx) if way & 1 == 0 else abs(dy)
             aside = dy if way == 0 else -dx if way == 1 else -dy if way == 2 else dx
             turn = way - self._way & 3
             if k < n:
                 turn = self._turned(turn)
                 way = self._way + turn & 3
-                length = self._long(length, turn)
-                aside = self._signed(_ASIDE + 7 * max(0, _places(min(length, 255)) // 2 - 1), 6, aside)
+                length = self._long(length, way, turn)
+                aside = self._signed(_ASIDE + 7 * ((length >= 8) + (length >= 32) + (length >= 128)), 6, aside)
                 dx = length if way == 0 else -aside if way == 1 else -length if way == 2 else aside
                 dy = aside if way == 0 else length if way == 1 else -aside if way == 2 else -length
             self._turns = self._turns % 3 * 3 + (turn & 1) + (turn == 3)
             self._turn = turn
             self._way = way
-            self._before = self._length
             self._length = length
         self._k = k + 1
         if k < n:
@@ -194,12 +195,36 @@ class MapCode:
         odd = self._bit(i, turn & 1)
         return odd | self._bit(i + 1 + odd, turn >> 1) << 1
 
-    def _long(self, length, turn):
-        off = length - self._before
-        same = _SAME + ((turn & 1) + (turn == 3) == self._turns % 3)
-        if self._bit(same, 1 if -_NEAR <= off <= _NEAR else 0):
-            return self._before + self._signed(_OFF, 2, off)
-        return self._number(_LENGTH, 12, length)
+    def _long(self, length, way, turn):
+        # A vector often ends where others along its axis ended lately: which of those ahead is it, and how far off?
+        odd = way & 1
+        here = self._y if odd else self._x
+        sign = 1 if way < 2 else -1
+        which = -1
+        ahead = 0
+        for k in range(odd * _ENDS, odd * _ENDS + _ENDS):
+            far = (self._ends[k] - here) * sign
+            if far >= _AHEAD:
+                if which < 0 and -_NEAR <= far - length <= _NEAR:
+                    which = ahead
+                ahead += 1
+        k = odd * _ENDS + _ENDS - 1
+        if ahead and self._bit(_KNOWN + 2 * min(ahead - 1, 2) + ((turn & 1) + (turn == 3) == self._turns % 3), 1 if which >= 0 else 0):
+            which = self._number(_WHICH, 4, which)
+            k = odd * _ENDS
+            far = (self._ends[k] - here) * sign
+            while k < odd * _ENDS + _ENDS - 1 and (which or far < _AHEAD):
+                which -= far >= _AHEAD
+                k += 1
+                far = (self._ends[k] - here) * sign
+            length = far + self._signed(_OFF, 2, length - far)
+        else:
+            length = self._number(_LENGTH, 12, length)
+        while k > odd * _ENDS:
+            self._ends[k] = self._ends[k - 1]
+            k -= 1
+        self._ends[k] = _wrapped(here + sign * length)
+        return length
 
     def _attributes(self):
         v = self._v
@@ -223,9 +248,8 @@ class MapCode:
     def _region(self):
         g = self._g.regions
         i = 6 * self._chain
-        n = _places(self._v.used)
-        g[i] = self._bits(n, g[i])
-        g[i + 1] = self._bits(n, g[i + 1])
+        g[i] = self._number(_MANY, 11, g[i])
+        g[i + 1] = self._number(_MANY, 11, g[i + 1])
         g[i + 2] = self._number(_AREA, 13, g[i + 2])
         lines = self._number(_LINES, 6, g[i + 3] & 255)
         g[i + 3] = lines | self._number(_LINES, 6, g[i + 3] >> 8) << 8
@@ -250,7 +274,7 @@ class MapCode:
         self._y = _wrapped(self._y + self._signed(first, size, _wrapped(s[2 * n + 1] - self._y)))
         s[2 * n] = self._x & 0xFFFF
         s[2 * n + 1] = self._y & 0xFFFF
-        many = self._number(_MANY, 5, s[ABOUT + n] >> 8)
+        many = self._number(_EDGES, 5, s[ABOUT + n] >> 8)
         s[ABOUT + n] = many << 8 | self._k
         self._k += many
 
@@ -262,10 +286,9 @@ class MapCode:
             self._chain += 1
             return
         k = EDGES + self._k
-        before = s[k - 1] if self._k else 0
         low = s[k - 1] & 255 if self._k > s[ABOUT + n] & 255 else n
         to = low + 1 + self._number(_NEXT, 6, (s[k] & 255) - low - 1)
-        region = before >> 8
+        region = s[k - 1] >> 8 if self._k else 0
         if not self._bit(_FLAG, 1 if s[k] >> 8 == region else 0):
             region = self._bits(5, s[k] >> 8)
         s[k] = to | region << 8
@@ -274,12 +297,3 @@ class MapCode:
 
 def _wrapped(d):
     return (d + 32768 & 0xFFFF) - 32768
-
-
-def _places(n):
-    # How many bits n has.
-    bits = 0
-    while n:
-        n >>= 1
-        bits += 1
-    return bits

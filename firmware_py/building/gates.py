@@ -56,6 +56,7 @@ class Gates:
     def step(self):
         # One record's shape, or one place near it. -> True when all are seen
         v = self._v
+        self.open = False
         if self.k < 0:
             self.i += 1
             if self.i == v.used:

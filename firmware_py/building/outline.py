@@ -16,6 +16,7 @@ _DRIFT = const(250)          # dead reckoning alone: 4 mm a metre are three devi
 _JOIN_PATH_MM = const(700)   # past the crumb that closed, at least
 _OVERLAP_MM = const(800)     # walked twice after that, to measure the closure error
 _JOIN_MM = const(50)
+_CROSSING_MM = const(5000)   # the same, at most, where fixes do not bound the error: as far as the next corner
 _STRAYS_MAX = const(8)
 _STALE_MM = const(1200)      # so far along what is known, and the rest is known, too
 _CHECK_MM = const(40)
@@ -56,6 +57,7 @@ class Outline:
         self._fixed = False
         self._x = 0
         self._y = 0
+        self._heading_bam = 0
         self._sealing = False
 
     def begin(self, path_mm, turn_bam):
@@ -91,16 +93,17 @@ class Outline:
         self._x = map_x
         self._y = map_y
         if self._joined:
-            self._closure.add(map_x, map_y)
+            self._closure.add(map_x, map_y, self._heading_bam)
         else:
             self._walls.add(x, y)
 
     def visit(self, here, path_mm, turn_bam):
-        # here: the estimate (x_mm, y_mm, heading_bam, fixes).
+        # here: the estimate (x_mm, y_mm, heading_bam, fixes, adrift).
+        self._heading_bam = here.heading_bam
         if self._closing_mm >= 0:
             return self._overlap(path_mm - self._closing_mm)
         tolerance_mm = _TOLERANCE_MM
-        self._fixed = here.fixes > 0
+        self._fixed = here.fixes > 0 and not here.adrift
         if not self._fixed:
             tolerance_mm += (path_mm - self._crumbs.start_mm) // _DRIFT
         if self.whole and self._stale(path_mm):
@@ -156,9 +159,9 @@ class Outline:
                 # The mapping beam has come to where the lap began. What was mapped before that is a stray.
                 self._walls.finish()
                 v.drop(self._first_vector, i)
-                self._closure.begin(self._first_vector)
+                self._closure.begin(self._first_vector, not self._fixed)
                 self._joined = True
-        elif far_mm > self._join_mm + _OVERLAP_MM:
+        elif far_mm > self._join_mm + (_OVERLAP_MM if self._fixed or self._closure.crossed() else _CROSSING_MM):
             self._closure.solve(v.used)
             if not self.spread or self._fixed:
                 self._closure.cancel()  # fixes bound the error: it did not grow with the way

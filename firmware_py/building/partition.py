@@ -93,6 +93,7 @@ class Partition:
             if self._phase == _COLLECT:
                 if self._gates.step():
                     self._phase = _CHOOSE
+                n -= 4 if self._gates.open else 0  # it went round what the gate cuts off
             elif self._phase < _TRY:
                 n = 0
                 if self._phase == _CHOOSE:
@@ -293,7 +294,6 @@ class Partition:
             while r and v.chain_of(g[6 * r + FIRST]) == c:
                 r = g[6 * r + PARENT] & 255
             v.kinds[c] = v.kinds[c] & 7 | r << 3
-            area = self.rings.enclosed(i, v.counts[c], i, 0, 0) // 50
-            g[6 * r + AREA] = max(0, g[6 * r + AREA] + min(area, 0))
+            g[6 * r + AREA] = max(0, g[6 * r + AREA] + min(self.rings.enclosed(i, v.counts[c], i, 0, 0) // 50, 0))
             for k in range(v.counts[c]):
                 self._line(r, i + k)

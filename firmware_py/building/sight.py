@@ -137,5 +137,8 @@ class Sight:
 
     def _look(self):
         v = self._vectors
-        self.scope[5] = v.chains if self.chains < 0 else self.chains
+        n = v.chains if self.chains < 0 else self.chains
+        if n and v.counts[n - 1] == 0:
+            n -= 1  # just opened, or the store was full
+        self.scope[5] = n
         return look(v.xs, v.ys, v.flags, v.firsts, v.counts, v.kinds, self.scope)

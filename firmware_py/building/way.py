@@ -2,17 +2,13 @@
 # that over the corners that free space bends round, as far as they see one another.
 
 from array import array
-from ..fixed import isqrt, polar, sine, cosine
+from ..fixed import isqrt
 from ..limits import CORNERS_MAX
-from ..storage.vector_store import BARRIER, CHAIN_END
+from .corners import Corners
 
-_OFF_MM = const(270)           # from the corner into free space; half the passage where it is narrow
-_OFF_LEAST_MM = const(190)
 _BODY = const(38)              # map units of 5 mm: to the next wall, along a way
 _TIGHT = const(34)             # where there is no other: the body itself
 _TIGHTEST = const(30)          # nor such a one: the map may be 2 cm off, and the robot has been everywhere
-_MERGE = const(60)             # 30 cm: two corners that near share a node
-_SMALL = const(100)            # 50 cm: round a smaller barrier nobody plans a way
 _STOP_CM = const(8)            # a stop and a turn on the way over corners cost as much
 _LONGEST = const(11000)        # map units: 55 m at a stretch
 _UNREACHED = const(65535)
@@ -20,10 +16,8 @@ _CLOSED = const(128)           # a mark: the node's own way is known; the lower 
 
 # what a tick does: so many of a comparison with a node; a look along a way and the choice of a node cost as much as
 _WORK = const(160)
-_LOOK = const(14)
+_LOOK = const(6)               # and one for each 16 vectors
 _CHOICE = const(50)
-_VERTEX = const(6)
-_CORNER = const(50)
 
 # the two ends, beside the nodes
 GOAL = CORNERS_MAX
@@ -44,14 +38,13 @@ class Way:
     # Over corners a leg costs 8 cm more than its length, and if there is no way with 19 cm beside it, one with 17 or 15 cm will do.
     # Over turning nodes, a gate's counts as seen from a place that sees the point before the gate, Topology.aside(): that is passed, too.
     #
-    # Corners: x, y in the graph's shared places, where the nodes come later; marks u8; here cost u16 in cm to the goal.
-    # Full: later corners are left out and counted in `lost`. Allocates in __init__ only.
+    # A node has a mark u8, the graph's, and here its cost u16 in cm to the goal. Allocates in __init__ only.
 
     def __init__(self, vectors, sight, graph, topology):
         self._costs = array("H", bytes(2 * CORNERS_MAX + 4))
         self._marks = graph.marks
+        self.corners = Corners(vectors, sight, graph)
         self.used = 0
-        self.lost = 0
         self.length_cm = 0
         self.x_mm = 0
         self.y_mm = 0
@@ -59,9 +52,6 @@ class Way:
         self._sight = sight
         self._g = graph
         self._topology = topology
-        self._built = -1        # generation of the map that the nodes are of
-        self._chain = 0
-        self._record = 0        # of that chain
         self._here = GOAL       # node that the robot goes to
         self._beside = False    # it goes to the point before that one, or before the one it came from
         self._margin = 0
@@ -73,37 +63,10 @@ class Way:
         self._y1 = 0
 
     def build(self):
-        # Some corners a call. -> True when the nodes are those of the present map
-        v = self._vectors
-        if self._g.ready:
-            self.used = self._g.node_count
-            return True
-        if self._built == v.generation:
-            return True
-        if self._chain == 0 and self._record == 0:
-            self.used = 0
-        c = self._chain
-        if c >= v.chains:
-            self._built = v.generation
-            self._chain = 0
-            return True
-        first = v.firsts[c]
-        last = first + v.counts[c] - 1
-        i = first + self._record
-        work = _WORK
-        if i == first and v.kinds[c] & BARRIER and not self._large(first, last):
-            i = last + 1
-        while i <= last and work > 0:
-            work -= _VERTEX
-            if first < i < last or not v.flags[last] & CHAIN_END:
-                if self._corner(i - 1 if i > first else last, i, i + 1 if i < last else first):
-                    work -= _CORNER
-            i += 1
-        self._record = i - first
-        if i > last:
-            self._record = 0
-            self._chain = c + 1
-        return False
+        # -> True when the nodes are those of the present map
+        done = self._g.ready or self.corners.build()
+        self.used = self._g.node_count if self._g.ready else self.corners.used
+        return done
 
     def begin(self, x0_mm, y0_mm, x1_mm, y1_mm):
         self._x0 = x0_mm // 5
@@ -150,14 +113,20 @@ class Way:
 
     def _relax(self, a, b):
         # Is it shorter from b over a? -> how much work it was to see that
-        cost = self._leg(a, b)
+        dx = self._x(a) - self._x(b)
+        dy = self._y(a) - self._y(b)
+        cost = self._costs[b] - self._costs[a] << 1
+        if dx >= cost or dy >= cost or -dx >= cost or -dy >= cost:
+            return 0  # the longer side alone is as long: most are seen off here, without a root
+        cost = self._leg(a, b, dx, dy)
         if cost == _UNREACHED or self._costs[a] + cost >= self._costs[b]:
             return 0
         work = 1
         if not self._passes(a, b):
-            work = _LOOK
+            look = _LOOK + (self._vectors.used >> 4)
+            work = look
             if not self._free(a, b):
-                work = 2 * _LOOK
+                work = 2 * look
                 cost = self._around(a, b)
         if self._costs[a] + cost < self._costs[b]:
             self._costs[b] = self._costs[a] + cost
@@ -168,11 +137,11 @@ class Way:
         # Of two turning nodes the edges tell; else one has to look: _free().
         return self._g.ready and a < GOAL and b < GOAL
 
-    def _leg(self, a, b):
+    def _leg(self, a, b, dx, dy):
         # cm straight on, never less than it is; of two turning nodes only if an edge joins them.
         if self._passes(a, b) and self._g.edge(a, b) < 0:
             return _UNREACHED
-        return self._cm(self._x(a) - self._x(b), self._y(a) - self._y(b))
+        return self._cm(dx, dy)
 
     def _cm(self, dx, dy):
         if not (-_LONGEST < dx < _LONGEST and -_LONGEST < dy < _LONGEST):
@@ -220,16 +189,34 @@ class Way:
 
     def _hopeful(self):
         # The node that the shortest way may lead over.
+        costs = self._costs
+        marks = self._marks
+        places = self._g.shared
+        x0 = self._x0
+        y0 = self._y0
         best = -1
         least = _UNREACHED
-        n = 0 if self.used else GOAL
-        while n <= START:
-            if self._costs[n] < least and not self._marks[n] & _CLOSED:
-                hope = self._costs[n] + (max(abs(self._x(n) - self._x0), abs(self._y(n) - self._y0)) >> 1)
-                if hope < least:
-                    least = hope
+        n = 0
+        while n < self.used:
+            cost = costs[n]
+            if cost < least and marks[n] < _CLOSED:
+                dx = (places[2 * n] ^ 32768) - 32768 - x0
+                dy = (places[2 * n + 1] ^ 32768) - 32768 - y0
+                if dx < 0:
+                    dx = -dx
+                if dy < 0:
+                    dy = -dy
+                cost += (dx if dx > dy else dy) >> 1
+                if cost < least:
+                    least = cost
                     best = n
-            n = n + 1 if n + 1 < self.used else max(n + 1, GOAL)
+            n += 1
+        n = GOAL
+        while n <= START:  # the goal is the first that is taken, the start the last
+            if costs[n] < least and marks[n] < _CLOSED:
+                least = costs[n]
+                best = n
+            n += 1
         return best
 
     def _x(self, n):
@@ -237,51 +224,3 @@ class Way:
 
     def _y(self, n):
         return self._g.at(2 * n + 1) if n < GOAL else self._y1 if n == GOAL else self._y0
-
-    def _large(self, first, last):
-        v = self._vectors
-        for i in range(first + 1, last + 1):
-            if abs(v.xs[i] - v.xs[first]) > _SMALL or abs(v.ys[i] - v.ys[first]) > _SMALL:
-                return True
-        return False
-
-    def _corner(self, before, i, after):
-        # Free space lies to the left of a vector: where the wall turns right, it goes round the corner. -> whether it does
-        v = self._vectors
-        x = v.xs[i]
-        y = v.ys[i]
-        p = polar(_short(x - v.xs[before]), _short(y - v.ys[before])) & 0xFFFF
-        q = polar(_short(v.xs[after] - x), _short(v.ys[after] - y)) & 0xFFFF
-        turn = (q - p + 32768 & 0xFFFF) - 32768
-        if turn > -3640:
-            return False
-        bam = p + (turn >> 1) + 16384
-        off = _OFF_MM
-        while not self._place(x + off * cosine(bam) // 163840, y + off * sine(bam) // 163840):
-            off -= 40
-            if off < _OFF_LEAST_MM:
-                break
-        return True
-
-    def _place(self, x, y):
-        # A node at x, y, unless there is one near. -> False: the robot does not fit in there
-        if not self._sight.free(x - _TIGHT, y, x + _TIGHT, y, _TIGHT):
-            return False
-        s = self._g.shared
-        k = self.used
-        while k:
-            k -= 1
-            if (s[2 * k] - x + _MERGE & 0xFFFF) < 2 * _MERGE and (s[2 * k + 1] - y + _MERGE & 0xFFFF) < 2 * _MERGE:
-                if self._sight.free(self._x(k), self._y(k), x, y, _TIGHT):
-                    return True
-        if self.used == CORNERS_MAX or not (-32768 <= x <= 32767 and -32768 <= y <= 32767):
-            self.lost = self.lost + 1 & 0xFFFF
-        else:
-            self._g.shared[2 * self.used] = x & 0xFFFF
-            self._g.shared[2 * self.used + 1] = y & 0xFFFF
-            self.used += 1
-        return True
-
-
-def _short(d):
-    return 8000 if d > 8000 else -8000 if d < -8000 else d

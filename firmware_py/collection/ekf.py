@@ -19,6 +19,8 @@ _SLIP = const(25)              # BAM^2 a mm of a wheel's way: 2.5 mm times the s
 _SKID = const(70)              # mm a half mm^2 of the same along the way
 _PLACE = const(64)             # variances at the dock: 4 mm, 0.2 degrees
 _ASKEW = const(1300)
+_DOUBT_PLACE = const(160000)   # 200 mm, 3 degrees
+_DOUBT_HEADING = const(300000)
 _DRIFT_0 = const(290000)       # 0.75 degrees a metre: wheels 0.3 % apart
 _TRACK_0 = const(520000)       # 1.1 %
 
@@ -29,6 +31,7 @@ class Ekf:
     #   move(dx_mm, dy_mm, way_mm, turn_bam): dead reckoning has gone that far, at most a metre and half a turn
     #   correct(i, j, rho_q12, z_q4, noise, most): z = state i + rho * state j was measured (in 1/16) with that variance;
     #       beyond three deviations it counts for three, beyond `most` / 16 deviations for nothing (False), unless `most` is 0
+    #   unsure(i, j, rho): deviation of state i + rho * state j;  doubt(): place and heading count as less certain again
     #   taken(i, bits): the correction of state i since it was last taken, in units of 2**(bits - 10): the caller applies it
     # The filter holds errors only: what it has told is taken as applied.
 
@@ -65,6 +68,13 @@ class Ekf:
                     p[j * _N + i] = p[i * _N + j]
                 p[i * 7] >>= 1
 
+    def doubt(self):
+        # Whatever made it so sure may have been wrong.
+        p = self.p
+        p[0] += _DOUBT_PLACE
+        p[7] += _DOUBT_PLACE
+        p[14] += _DOUBT_HEADING
+
     def tie(self, i, j, variance):
         # State i begins as state j, known to `variance` beside it.
         p = self.p
@@ -84,6 +94,11 @@ class Ekf:
         p[row + i] += (v >> 12) * c + ((v & 4095) * c >> 12) + 2 >> 2
         for m in range(_N):
             p[m * _N + i] = p[row + m]
+
+    def unsure(self, i, j, rho_q12):
+        p = self.p
+        v = (p[i * 7] >> 6) + ((p[j * 7] >> 6) * (rho_q12 * rho_q12 >> 12) >> 12) + ((p[i * _N + j] >> 6) * rho_q12 >> 11)
+        return isqrt(v) << 3 if v > 0 else 0
 
     def correct(self, i, j, rho_q12, z_q4, noise, most):
         p = self.p

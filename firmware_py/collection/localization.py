@@ -3,36 +3,37 @@
 from ..fixed import isqrt, wrap
 from .ekf import Ekf, X, Y, HEADING, DRIFT, TRACK, AXIS
 from .manhattan import Manhattan
+from .shadowing import Shadowing
+from .two_fixes import TwoFixes
 from .uwb import SLACK
 
-_BASELINE_MM = const(2500)     # between the two fixes that a heading is taken from (the paper: 0.5 m)
-_PAPER_BASELINE_MM = const(500)
-_BASELINE_MAX_MM = const(12000)
 _LEASH_MM = const(8000)        # the frame's anchor stays that near, fix or no fix
-_APART_MM = const(20000)       # more between two fixes is no turn
-_DRIFT = const(9000)           # 1 / (0.6 degrees in radians) squared: how far dead reckoning's heading is off by then
-
 _WAY_MM = const(150)           # the filter moves on after so much way, or turn, or so many reports
 _TURN_BAM = const(5000)
 _REPORTS = const(10)
 _APART_STATIC_MM = const(1500) # one fix each so much, where the ranges' errors are a field of the place
-_STATIC = const(4)             # and what it may still have in common with the next one
+_SIDE_MIN = const(1229)        # a transmitter so steep overhead tells nothing of the place, Q12
+_FAR_MM = const(30000)
 _UNIT = const(10240000)        # half mm squared times information of uwb.py
 _CHORD_VARIANCE = const(12000) # of the direction of a chord of wall, BAM^2
 _GATE = const(40)              # 2.5 deviations
 _SLACK_MAX_MM = const(2000)
+_WALL = const(80)              # half mm: what a wall of the map is known to, in its own frame
+_GATE_WALL = const(48)
+_MISLED_MAX = const(8)
+_LAP = const(3600)             # (30 mm)^2: where a lap's end meets its beginning
 
 
 class Localization:
-    # The estimate is the odometry's pose seen through `frame` (odometry -> map), which alone is corrected:
-    # what steers by odometry never sees a jump.
+    # The estimate is the odometry's pose seen through `frame` (odometry -> map), which alone is corrected: what steers never jumps.
     #   update(values, first): each step, after the odometry
     #   fix(): at a turning point: the replacement rule. Position: where the deviation exceeds fix_mm.
     #   Heading: the direction between two fixes against that of dead reckoning, beyond fix_bam.
-    #   wall(x, y): a hit of the mapping beam, mm of the odometry frame
+    #   wall(x, y): a hit of the mapping beam, mm of the odometry frame; met(landmarks): a wall of the map again;
+    #   closed(dx, dy): the beginning of the lap again
     # With `filtered` the filter takes the rule's place: each 15 cm it weighs dead reckoning, ranges and the direction of
     # walls (`aligned`) against each other; what it learns of the wheels (`calibrate`) it tells the odometry.
-    # x_mm, y_mm, heading_bam: the estimate after the last step.
+    # adrift: fixes are too uncertain to bound the error. x_mm, y_mm, heading_bam: the estimate after the last step.
 
     def __init__(self, odometry, uwb, frame):
         self.x_mm = 0
@@ -44,14 +45,8 @@ class Localization:
         self._odometry = odometry
         self._uwb = uwb
         self._frame = frame
-        self._weighted = True
-        self._fix_mm = 20
-        self._fix_bam = 182
-        self._marked = False
-        self._mark_x = 0        # estimate, and what was left of the deviation, at the older fix
-        self._mark_y = 0
-        self._mark_dx = 0
-        self._mark_dy = 0
+        self._fix_mm = self._fix_bam = 0
+        self._two = TwoFixes()
         self._ekf = Ekf()
         self._filtered = 0
         self._due = 0           # which piece of the filter's work is next
@@ -64,14 +59,20 @@ class Localization:
         self._track = 0
         self._aligned = 0
         self._manhattan = Manhattan()
+        self._shadowing = Shadowing()
+        self.adrift = 0
+        self._misled = 0
 
-    def begin(self, fix_mm, fix_bam, weighted, filtered=0, calibrate=0, aligned=0):
-        self._weighted = weighted
+    def begin(self, fix_mm, fix_bam, weighted, filtered=0, calibrate=0, aligned=0, learn=0):
+        self._two.weighted = weighted
         self._fix_mm = fix_mm
         self._fix_bam = fix_bam
         self._filtered = filtered
         self._aligned = filtered and aligned
         self._ekf.begin(calibrate)
+        self.adrift = self._uwb.static
+        if self.adrift:
+            self._shadowing.begin(self._uwb.gamma, self._uwb.sigma_cdb, learn)
         o = self._odometry
         f = self._frame
         f.from_x = f.to_x = o.x_um // 1000
@@ -85,10 +86,16 @@ class Localization:
 
     def update(self, values, first):
         self._follow()
-        if values[first] > 0:
-            self._uwb.add(values, first, self.x_mm, self.y_mm)
-        elif self._uwb.waiting:
-            self._uwb.work()
+        uwb = self._uwb
+        if values[first] > 0 and not uwb.static:
+            uwb.add(values, first, self.x_mm, self.y_mm)
+        elif values[first] > 0 and self._odometry.path_mm - self._fixed_mm > _APART_STATIC_MM:
+            self._fixed_mm = self._odometry.path_mm
+            uwb.add(values, first, self.x_mm, self.y_mm)
+        elif uwb.waiting and uwb.static:
+            self._hear()
+        elif uwb.waiting:
+            uwb.work()
         elif self._filtered:
             self._filter()
 
@@ -105,13 +112,12 @@ class Localization:
             self._was_y = self.y_mm
             self._was_path = o.path_mm
             self._was_turn = o.turn_bam
-            if not self._uwb.static or o.path_mm - self._fixed_mm > _APART_STATIC_MM:
+            if not self._uwb.static:
                 self._due = 1
             elif self._manhattan.waiting:
                 self._due = 2
         elif self._due == 1:
             self._due = 2 if self._manhattan.waiting else 0
-            self._fixed_mm = o.path_mm
             self._position()
         else:
             self._due = 0
@@ -127,15 +133,6 @@ class Localization:
         p = s[3]
         q = s[4]
         unit = _UNIT
-        if uwb.static:
-            # All of them together are worth one.
-            n = min(uwb.reports, 32) * _STATIC + 1
-            a //= n
-            b //= n
-            c //= n
-            p //= n
-            q //= n
-            unit <<= 6
         uwb.clear()
         while a > 8191 or c > 8191 or p > 32767 or p < -32768 or q > 32767 or q < -32768:
             a >>= 1
@@ -167,6 +164,32 @@ class Localization:
             ekf.correct(y, x, 0, q, unit // c, 0)
         self._apply()
 
+    def _hear(self):
+        # One transmitter of a report that was taken 1.5 m after the last one.
+        uwb = self._uwb
+        if not uwb.next(self.x_mm, self.y_mm):
+            return
+        i = X
+        j = Y
+        x = uwb.dx_mm
+        y = uwb.dy_mm
+        if abs(x) < abs(y):
+            i = Y
+            j = X
+            x = y
+            y = uwb.dx_mm
+        far = uwb.far_mm
+        side = (x << 12) // far  # of the way to the transmitter
+        if -_SIDE_MIN < side < _SIDE_MIN:
+            return
+        rho = (y << 12) // x
+        s = self._shadowing
+        if s.look(uwb.anchor, uwb.loss_cdb, far, self._ekf.unsure(i, j, rho) * abs(side) >> 13):
+            sigma = min((s.sigma_mm << 13) // abs(side), 8191)
+            self._ekf.correct(i, j, rho, (max(-_FAR_MM, min(s.z_mm, _FAR_MM)) << 14) // (side >> 3), sigma * sigma, 0)
+            self.fixes = (self.fixes + 1) & 0xFFFF
+            self._apply()
+
     def _apply(self):
         ekf = self._ekf
         o = self._odometry
@@ -186,6 +209,43 @@ class Localization:
         p = ekf.p
         self._uwb.scope[SLACK] = min(isqrt(p[0] + p[7]) * 3 // 2, _SLACK_MAX_MM)
         self._follow()
+
+    def unsure(self):
+        # Whether a wall of the map may tell more than is known.
+        p = self._ekf.p
+        return self.adrift or p[0] > _WALL * _WALL or p[7] > _WALL * _WALL
+
+    def met(self, wall):
+        # A wall of the map was met again (landmarks.py). Who is contradicted again and again was misled himself.
+        ekf = self._ekf
+        i = X
+        j = Y
+        nx = wall.nx
+        ny = wall.ny
+        if abs(nx) < abs(ny):
+            i = Y
+            j = X
+            nx = wall.ny
+            ny = wall.nx
+        rho = (ny << 12) // nx
+        if not self.adrift and self._ekf.unsure(i, j, rho) < _WALL:
+            return
+        noise = (_WALL << 12) // abs(nx)
+        if ekf.correct(i, j, rho, (-wall.off_mm << 17) // nx, noise * noise, _GATE_WALL):
+            self._misled = max(self._misled - 2, 0)
+            self._apply()
+        else:
+            self._misled += 1
+            if self._misled > _MISLED_MAX:
+                self._misled = 0
+                ekf.doubt()
+
+    def closed(self, dx_mm, dy_mm):
+        # The end of a lap met its beginning: here the map has just been moved by so much.
+        if self._filtered and (dx_mm or dy_mm):
+            self._ekf.correct(X, Y, 0, dx_mm << 5, _LAP, 0)
+            self._ekf.correct(Y, X, 0, (dy_mm << 5) - (self._ekf.rest[Y] >> 6), _LAP, 0)
+            self._apply()
 
     def wall(self, x, y):
         if self._aligned:
@@ -227,48 +287,13 @@ class Localization:
         f.move(o.x_um // 1000, o.y_um // 1000)
         dx = uwb.dx_mm
         dy = uwb.dy_mm
-        self._turn(dx, dy)
+        turn = self._two.turn(self.x_mm, self.y_mm, dx, dy, uwb.variance_mm2)
+        if turn > self._fix_bam or turn < -self._fix_bam:
+            f.rotate(f.turn_bam + turn)
         if dx * dx + dy * dy > self._fix_mm * self._fix_mm:
             self.replaced = (self.replaced + 1) & 0xFFFF
             f.to_x += dx
             f.to_y += dy
             uwb.shift(dx, dy)
-            self._mark_x += dx   # the older fix in the same frame, so that only the turn is left between
-            self._mark_y += dy
-            self._mark_dx -= dx
-            self._mark_dy -= dy
+            self._two.shift(dx, dy)
         self._follow()
-
-    def _turn(self, dx, dy):
-        # Angle between (mark -> here) by dead reckoning and by the fixes.
-        if not self._marked:
-            self._mark(dx, dy)
-            return
-        x = self.x_mm - self._mark_x
-        y = self.y_mm - self._mark_y
-        if not (-_BASELINE_MAX_MM < x < _BASELINE_MAX_MM and -_BASELINE_MAX_MM < y < _BASELINE_MAX_MM):
-            self._mark(dx, dy)
-            return
-        length = isqrt(x * x + y * y)
-        if length < (_BASELINE_MM if self._weighted else _PAPER_BASELINE_MM):
-            return
-        ex = dx - self._mark_dx
-        ey = dy - self._mark_dy
-        if not (-_APART_MM < ex < _APART_MM and -_APART_MM < ey < _APART_MM):
-            self._mark(dx, dy)
-            return
-        turn = ((x * ey - y * ex) // length) * 10430 // length
-        if self._weighted:
-            # Each by its own accuracy: the direction's variance is that of two fixes over the length squared.
-            drift = length * length // _DRIFT + 1
-            turn = turn * drift // (drift + 2 * self._uwb.variance_mm2)
-        if turn > self._fix_bam or turn < -self._fix_bam:
-            self._frame.rotate(self._frame.turn_bam + turn)
-        self._mark(dx, dy)
-
-    def _mark(self, dx, dy):
-        self._marked = True
-        self._mark_x = self.x_mm
-        self._mark_y = self.y_mm
-        self._mark_dx = dx
-        self._mark_dy = dy

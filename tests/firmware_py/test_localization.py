@@ -18,7 +18,7 @@ BAM = math.tau / 65536
 class Fixes:
     def __init__(self):
         self.dx_mm = self.dy_mm = 0
-        self.variance_mm2 = 0
+        self.variance_mm2 = self.static = 0
         self.good = True
         self.shifted = []
         self.added = self.waiting = self.worked = 0

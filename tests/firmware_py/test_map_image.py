@@ -107,6 +107,18 @@ def test_a_map_that_is_cut_or_changed_is_refused_in_one_sentence(a_map, data):
         assert len(str(refused.value)) < 160 and "\n" not in str(refused.value)
 
 
+def test_it_begins_again_wherever_it_was_left():
+    floor = Floor(rooms_in_a_row([3, 4, 2], 0.8)[0]).build()
+    whole = image_of(floor.store, floor.graph)
+    image = image_module.MapImage(floor.store, floor.graph, crumbs_module.Breadcrumbs())
+    for left_after in range(120):
+        image.begin()
+        image.step(left_after)
+        image.begin()
+        work_for(image)
+        assert bytes(image.byte(i) for i in range(image.size)) == whole, left_after
+
+
 def test_it_may_be_asked_for_at_any_time_and_disturbs_nobody():
     floor = Floor(rooms_in_a_row([3, 4, 2], 0.8)[0])
     crumbs = crumbs_module.Breadcrumbs()

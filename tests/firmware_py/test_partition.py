@@ -71,7 +71,7 @@ def test_a_barrier_belongs_to_its_region_and_takes_its_floor():
 def test_a_region_counts_its_long_and_its_short_vectors():
     outline, centres = rooms_in_a_row([3, 4], 0.8)
     floor = Floor(outline).build()
-    lines = [floor.graph.regions[8 * r + graph_module.LINES] for r in range(2)]
+    lines = [floor.graph.regions[6 * r + graph_module.LINES] for r in range(2)]
     assert [(n & 255, n >> 8) for n in lines] in ([(5, 2), (5, 0)], [(5, 0), (5, 2)], [(5, 1), (5, 1)])
 
 

@@ -96,11 +96,11 @@ def test_more_corners_than_nodes_are_counted():
         x = 800 * k
         comb += [(x + 100, 4000), (x + 100, 2000), (x, 2000), (x, 4000)]
     way = planner((4, comb + [(0, 4000)]))
-    assert way.used <= way_module.GOAL and way.lost == 0
+    assert way.used <= way_module.GOAL and way.corners.lost == 0
     places = [(1500 * k, 1500 * m) for k in range(1, 8) for m in range(1, 7)]
     chains = [(5, [(x, y), (x, y + 505), (x + 505, y + 505), (x + 505, y)]) for x, y in places]
     way = planner((4, [(0, 0), (13000, 0), (13000, 11000), (0, 11000)]), *chains)
-    assert way.used == way_module.GOAL and way.lost > 0
+    assert way.used == way_module.GOAL and way.corners.lost > 0
     assert path(way, (300, 300), (12700, 10700)) is not None
 
 
