@@ -9,7 +9,7 @@ assert POINTS_MAX & (POINTS_MAX - 1) == 0
 CRUMBS_MAX = 128         # 32 m at 25 cm; the spacing doubles when they run out
 assert CRUMBS_MAX % 2 == 0
 
-VECTORS_MAX = 768        # an office of 535 true vectors gives about 700 mapped ones
+VECTORS_MAX = 1024       # an office of 535 true vectors gives 760 mapped ones while it is explored, 640 of which stay
 assert VECTORS_MAX < 4096
 
 CHAINS_MAX = 64          # barriers of one floor, and the pieces of a broken outline
@@ -23,17 +23,17 @@ assert CELLS_MAX % 8 == 0
 REGIONS_MAX = 32         # rooms of one floor
 assert REGIONS_MAX <= 32  # five bits in a chain's kind
 
-NODES_MAX = 64           # turning nodes
+NODES_MAX = 96           # turning nodes
 assert NODES_MAX < 255   # 255: no node
 
-EDGES_MAX = 128          # between them
+EDGES_MAX = 192          # between them
 assert EDGES_MAX < 256
 
-CORNERS_MAX = 120        # places that ways lead over while exploring; a cluttered floor of 400 vectors has that many
-assert NODES_MAX <= CORNERS_MAX <= 125  # seven bits, and two for the ends
+CORNERS_MAX = 240        # places that ways lead over while exploring; an office of 30 rooms has 150
+assert NODES_MAX <= CORNERS_MAX <= 253  # eight bits, and two for the ends
 
 # u16 that no two need at once: exploring (corners that ways bend round, cells seen), then the gates that may be, then nodes and edges.
-SHARED_MAX = 496
+SHARED_MAX = 736
 assert SHARED_MAX >= 2 * CORNERS_MAX + CELLS_MAX // 16
 assert SHARED_MAX >= 3 * NODES_MAX + EDGES_MAX
 

@@ -16,8 +16,8 @@ MODEL_PLACES = 128
 STEP_BYTES_MAX = 64    # what a step() writes stays below
 
 # where things begin in the graph's `shared`: x, y of node n at 2 n; first edge | how many << 8; to | region << 8
-ABOUT = 128
-EDGES = 192
+ABOUT = 192
+EDGES = 288
 
 _BARRIER = const(1)
 _LONG = const(200)     # map units: as long a vector is a long one

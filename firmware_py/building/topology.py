@@ -43,7 +43,7 @@ class Topology:
         self._g = graph
         self._rings = partition.rings
         self._partition = partition
-        self._labels = graph.marks     # nodes with the same one are joined
+        self._labels = bytearray(NODES_MAX)  # nodes with the same one are joined
         self._phase = _DONE
         self._i = 0       # gate, corner, or node of a pair
         self._n = -1      # node that is looked at from there

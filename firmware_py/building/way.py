@@ -12,7 +12,7 @@ _TIGHTEST = const(30)          # nor such a one: the map may be 2 cm off, and th
 _STOP_CM = const(8)            # a stop and a turn on the way over corners cost as much
 _LONGEST = const(11000)        # map units: 55 m at a stretch
 _UNREACHED = const(65535)
-_CLOSED = const(128)           # a mark: the node's own way is known; the lower bits are the next node on it
+_CLOSED = const(256)           # a mark: the node's own way is known; the lower bits are the next node on it
 
 # what a tick does: so many of a comparison with a node; a look along a way and the choice of a node cost as much as
 _WORK = const(160)
@@ -42,7 +42,7 @@ class Way:
 
     def __init__(self, vectors, sight, graph, topology):
         self._costs = array("H", bytes(2 * CORNERS_MAX + 4))
-        self._marks = graph.marks
+        self._marks = array("H", bytes(2 * CORNERS_MAX + 4))
         self.corners = Corners(vectors, sight, graph)
         self.used = 0
         self.length_cm = 0

@@ -24,13 +24,12 @@ class RegionGraph:
     # shared   nodes: x, y in map units (int16) at 2 n; first edge | how many << 8 at ABOUT + n: 6 B
     #          edges: the other node | region << 8 at EDGES + k: 2 B. An edge stands once, at the node of the lower number, its cost
     #          is its length.
-    # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates; `marks` is of Topology
-    # while it works, of Way afterwards and before. Full: what comes is refused and counted in `lost`. Allocates in __init__ only.
+    # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates.
+    # Full: what comes is refused and counted in `lost`. Allocates in __init__ only.
 
     def __init__(self):
         self.regions = array("H", bytes(12 * REGIONS_MAX))
         self.shared = array("H", bytes(2 * SHARED_MAX))
-        self.marks = bytearray(CORNERS_MAX + 2)
         self.region_count = 0
         self.node_count = 0
         self.edge_count = 0
