@@ -15,8 +15,9 @@ from .collection.ir_state import IrState
 from .collection.landmarks import Landmarks
 from .collection.localization import Localization
 from .collection.odometry import Odometry
+from .collection.relocation import Relocation, FOUND, SEEKING
 from .collection.search import Search
-from .collection.states import SELECT, SWEEP, BUILD, FAILED, DONE
+from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST
 from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
 from .parameters import Parameters
@@ -36,6 +37,7 @@ _REASON_NO_WALL = const(2)
 _REASON_STORE_FULL = const(3)
 _REASON_STUCK = const(4)
 _REASON_TOO_LONG = const(5)
+_REASON_LOST = const(6)
 # STATUS_RSP.degraded: which store ran full
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
@@ -48,6 +50,7 @@ _UWB = const(13)
 _SIDE = const(5)             # I6, the mapping beam
 _SIDE_MAX_MM = const(250)
 _PAST_MM = const(1000)
+_STRIFE = const(20)          # reports that contradict the estimate: 2 s
 _ROOM_MM = const(10)         # beside the body, on a way of the topology
 _PATH_MAX_MM = const(1500000)   # along one outline; then from one target to the next, of which there are so many and no more
 
@@ -64,6 +67,7 @@ _CALIBRATE = const(256)
 _MANHATTAN = const(512)
 _LANDMARKS = const(1024)
 _SHADOWING = const(2048)
+_KIDNAP = const(4096)
 
 
 class Tvslam:
@@ -85,7 +89,6 @@ class Tvslam:
         self._flags = 0
         self._threshold_mm = 160
         self._since_mm = 0
-        self._last_generation = 0
         self._stage = 0       # of the building
         self._margin = 36
         self.vectors = VectorStore()
@@ -112,6 +115,8 @@ class Tvslam:
         self.follower = Follower(self.hits)
         self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower,
                                  self.localization)
+        self.relocation = Relocation(self.odometry, self.uwb, self.localization, self.hits, self.infrared, self.follower,
+                                     self.explorer)
         self.walls = WallMapper(self.vectors, self.frame)
         self.turning_points = TurningPoints(self.points, self.walls, self.localization)
         self.closure = Closure(self.vectors)
@@ -127,6 +132,8 @@ class Tvslam:
         flags = p.of("flags")
         if p.of("mode"):
             flags &= _EQ1_LITERAL
+        if not flags & _FILTER:
+            flags &= ~_KIDNAP
         self._flags = flags
         track_um = p.of("track")
         self.odometry.begin(p.of("dock_x"), p.of("dock_y"), p.of("dock_heading"), p.of("wheel_diameter"),
@@ -137,6 +144,7 @@ class Tvslam:
         self.uwb.begin(p, flags & _WEIGHTED, flags & _FILTER)
         self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED, flags & _FILTER,
                                 flags & _CALIBRATE, flags & _MANHATTAN, flags & _SHADOWING)
+        self.relocation.begin(p)
         self.landmarks.on = flags & _LANDMARKS and flags & _FILTER
         self.turning_points.between = flags & _DISTANCE_FIXES
         self.walls.begin(flags & _CORNERS)
@@ -153,8 +161,14 @@ class Tvslam:
         y_mm = o.y_um // 1000
         self.infrared.update(values, _IR, x_mm, y_mm, o.heading_bam, self.tick)
         self.directions.update(self.infrared.ranges_mm, self._threshold_mm)
-        self.localization.update(values, _UWB)
-        e.step(self.tick, values[_SONAR], values[_BUMP])
+        if e.state == LOST:
+            self._relocate(values)
+        else:
+            self.localization.update(values, _UWB)
+            if self.uwb.strife >= _STRIFE and self._flags & _KIDNAP and (e.state < BUILD or e.state == BUMP or e.state == STUCK):
+                self._lose()
+            else:
+                e.step(self.tick, values[_SONAR], values[_BUMP])
         if e.started:
             self.outline.begin(o.path_mm, self.localization.turn_bam)
         elif e.abandoned:
@@ -174,7 +188,27 @@ class Tvslam:
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
         self.ir_state = self.directions.state
-        self._mix()
+        self.tally.step(self)
+        self.hash_lo = self.tally.lo
+        self.hash_hi = self.tally.hi
+
+    def _lose(self):
+        # The robot was carried away. Of the barrier that it followed nothing counts: where that would go on nobody knows.
+        e = self.explorer
+        if e.mapping:
+            self.outline.abandon()
+        e.started = False
+        e.abandoned = False
+        self.search.forget()
+        e.end(LOST)
+        self.relocation.lose()
+
+    def _relocate(self, values):
+        said = self.relocation.step(values, _UWB, self.tick, values[_SONAR], values[_BUMP])
+        if said == FOUND:
+            self.explorer.leave()
+        elif said != SEEKING:
+            self._end(_REASON_LOST, False)
 
     def _build(self):
         # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
@@ -261,24 +295,3 @@ class Tvslam:
         if self.vectors.chains_lost:
             self.degraded |= DEGRADED_CHAINS
         self.explorer.end(BUILD if good else FAILED)
-
-    def _mix(self):
-        t = self.tally
-        o = self.odometry
-        here = self.localization
-        v = self.vectors
-        t.mix(o.x_um)
-        t.mix(o.y_um)
-        t.mix(here.x_mm)
-        t.mix(here.y_mm)
-        t.mix(here.heading_bam << 8 | self.state)
-        t.mix(self.hits.used << 16 | self.points.count)
-        t.mix((self.left_mm_s & 0x1FFF) << 13 | self.right_mm_s & 0x1FFF)
-        if v.generation != self._last_generation:
-            self._last_generation = v.generation
-            t.mix(v.used << 8 | v.chains)
-            if v.used:
-                t.mix(v.xs[v.used - 1])
-                t.mix(v.ys[v.used - 1])
-        self.hash_lo = t.lo
-        self.hash_hi = t.hi

@@ -2,7 +2,7 @@
 
 from array import array
 
-from protocol.range_code import begin, code, end, forget, number
+from protocol.range_code import close_range, code_bit, code_number, forget, open_range
 
 try:
     from micropython import const
@@ -78,7 +78,7 @@ class MapCode:
     def begin(self, model, buf, reads, mask):
         self._model = model
         self._buf = buf
-        begin(self.s, buf, reads, mask)
+        open_range(self.s, buf, reads, mask)
         forget(model, MODEL_PLACES)
         self._chain = -1
         self._next_chain()
@@ -113,15 +113,15 @@ class MapCode:
             self._chain = self._k = 0
             self._part += 1
             if not self._g.ready or self._part == 4:
-                end(self.s, self._buf)
+                close_range(self.s, self._buf)
                 return True
         return False
 
     def _bit(self, i, bit):
-        return code(self.s, self._model, self._buf, i, bit)
+        return code_bit(self.s, self._model, self._buf, i, bit)
 
     def _number(self, first, size, value):
-        return number(self.s, self._model, self._buf, first, size, value)
+        return code_number(self.s, self._model, self._buf, first, size, value)
 
     def _signed(self, first, size, value):
         n = self._number(first + 1, size, abs(value))

@@ -1,12 +1,12 @@
 # Numbers as bits whose likelihood is learned on the way, packed by a range coder (a carryless one, 24 bits wide).
 #
-#   code(s, model, buf, i, bit)                  -> the bit: place i of the model tells how likely it is, and learns; i < 0: not so
-#   number(s, model, buf, first, size, value)    -> the value, 0..65535: how many bits value + 1 has, as so many ones and a zero, by the
+#   code_bit(s, model, buf, i, bit)               -> the bit: place i of the model tells how likely it is, and learns; i < 0: not so
+#   code_number(s, model, buf, first, size, value) -> the value, 0..65535: how many bits value + 1 has, as so many ones and a zero, by the
 #                                                   model's `size` places from `first` on; then those bits
 #
 # The same calls write and read, by s[READS]: who reads gives any value and gets the true one. A place of the model is 16 times the
 # probability of a 0 in 2048ths, plus how often it was asked (up to 15). Every int stays below 2**30. A port with the emitter has
-# code() and number() as machine code (range_code_viper.py).
+# code_bit() and code_number() as machine code (range_code_viper.py).
 
 import sys
 
@@ -29,7 +29,7 @@ _BOTTOM = const(0x1000)
 _FRESH = const(0x4000)
 
 
-def begin(s, buf, reads, mask):
+def open_range(s, buf, reads, mask):
     s[LOW] = 0
     s[RANGE] = _WIDTH
     s[CODE] = 0
@@ -46,7 +46,7 @@ def forget(model, places):
         model[i] = _FRESH
 
 
-def end(s, buf):
+def close_range(s, buf):
     # The shortest that leads into what is left of the range. Who reads takes what follows for zeros; AT is a byte more for him.
     if s[READS]:
         return
@@ -56,7 +56,7 @@ def end(s, buf):
     s[AT] += 2
 
 
-def code(s, model, buf, i, bit):
+def code_bit(s, model, buf, i, bit):
     p = 1024
     n = 0
     if i >= 0:
@@ -93,23 +93,23 @@ def code(s, model, buf, i, bit):
     return bit
 
 
-def number(s, model, buf, first, size, value):
+def code_number(s, model, buf, first, size, value):
     k = 0
     rest = value + 1
     while rest > 1:
         rest >>= 1
         k += 1
     n = 0
-    while n < 16 and code(s, model, buf, first + min(n, size - 1), 1 if n < k else 0):
+    while n < 16 and code_bit(s, model, buf, first + min(n, size - 1), 1 if n < k else 0):
         n += 1
     rest = 1
     for j in range(n):
-        rest = rest << 1 | code(s, model, buf, -1, value + 1 >> n - 1 - j & 1)
+        rest = rest << 1 | code_bit(s, model, buf, -1, value + 1 >> n - 1 - j & 1)
     return rest - 1
 
 
 if sys.implementation.name == "micropython":
     try:
-        from protocol.range_code_viper import code, number  # noqa: F401, F811  (the same, faster)
+        from protocol.range_code_viper import code_bit, code_number  # noqa: F401, F811  (the same, faster)
     except (ImportError, SyntaxError, ValueError):  # a port without the emitter, or .mpy of another machine
         pass

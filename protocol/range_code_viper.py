@@ -1,4 +1,4 @@
-# code() and number() of range_code.py as machine code, the same to the last bit, for ports whose MicroPython has the
+# code_bit() and code_number() of range_code.py as machine code, the same to the last bit, for ports whose MicroPython has the
 # emitter. MicroPython only.
 
 # ruff: noqa: F821  (ptr8, ptr16, ptr32 are viper's)
@@ -7,7 +7,7 @@ import micropython
 
 
 @micropython.viper
-def code(state, places, data, i: int, bit: int) -> int:
+def code_bit(state, places, data, i: int, bit: int) -> int:
     s = ptr32(state)
     model = ptr16(places)
     buf = ptr8(data)
@@ -51,7 +51,7 @@ def code(state, places, data, i: int, bit: int) -> int:
 
 
 @micropython.viper
-def number(s, model, buf, first: int, size: int, value: int) -> int:
+def code_number(s, model, buf, first: int, size: int, value: int) -> int:
     k = 0
     rest = value + 1
     while rest > 1:
@@ -61,10 +61,10 @@ def number(s, model, buf, first: int, size: int, value: int) -> int:
     more = True
     while more:
         i = n if n < size else size - 1
-        more = n < 16 and int(code(s, model, buf, first + i, 1 if n < k else 0)) != 0
+        more = n < 16 and int(code_bit(s, model, buf, first + i, 1 if n < k else 0)) != 0
         n = n + 1 if more else n
     rest = 1
     while n > 0:
         n -= 1
-        rest = rest << 1 | int(code(s, model, buf, -1, (value + 1) >> n & 1))
+        rest = rest << 1 | int(code_bit(s, model, buf, -1, (value + 1) >> n & 1))
     return rest - 1

@@ -123,10 +123,9 @@ class Way:
             return 0
         work = 1
         if not self._passes(a, b):
-            look = _LOOK + (self._vectors.used >> 4)
-            work = look
+            work = _LOOK + (self._vectors.used >> 4)
             if not self._free(a, b):
-                work = 2 * look
+                work *= 2
                 cost = self._around(a, b)
         if self._costs[a] + cost < self._costs[b]:
             self._costs[b] = self._costs[a] + cost

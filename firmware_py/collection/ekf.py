@@ -28,6 +28,7 @@ _TRACK_0 = const(520000)       # 1.1 %
 class Ekf:
     # Variances in `p`, all 36 of them (symmetric), whole units of their two states; nothing passes 2**24.
     #   begin(calibrate): at the dock; with calibrate, wheels and track are estimated too
+    #   restart(place, askew): elsewhere, known to these variances
     #   move(dx_mm, dy_mm, way_mm, turn_bam): dead reckoning has gone that far, at most a metre and half a turn
     #   correct(i, j, rho_q12, z_q4, noise, most): z = state i + rho * state j was measured (in 1/16) with that variance;
     #       beyond three deviations it counts for three, beyond `most` / 16 deviations for nothing (False), unless `most` is 0
@@ -47,6 +48,20 @@ class Ekf:
         if calibrate:
             p[21] = _DRIFT_0
             p[28] = _TRACK_0
+
+    def restart(self, place, askew):
+        # Carried elsewhere: only of the walls' axis is as much known as before. Wheels may have been mislearnt until that was noticed.
+        p = self.p
+        calibrate = p[21]
+        axis = p[35]
+        for i in range(_N):
+            self.rest[i] = 0
+        for i in range(_N * _N):
+            p[i] = 0
+        self.begin(calibrate)
+        p[0] = p[7] = place
+        p[14] = askew
+        p[35] = axis
 
     def move(self, dx_mm, dy_mm, way_mm, turn_bam):
         self._shear(X, HEADING, -dy_mm * 3217 >> 10)

@@ -30,7 +30,7 @@ class Localization:
     #   fix(): at a turning point: the replacement rule. Position: where the deviation exceeds fix_mm.
     #   Heading: the direction between two fixes against that of dead reckoning, beyond fix_bam.
     #   wall(x, y): a hit of the mapping beam, mm of the odometry frame; met(landmarks): a wall of the map again;
-    #   closed(dx, dy): the beginning of the lap again
+    #   closed(dx, dy): the beginning of the lap again; restart(...): after a kidnapping
     # With `filtered` the filter takes the rule's place: each 15 cm it weighs dead reckoning, ranges and the direction of
     # walls (`aligned`) against each other; what it learns of the wheels (`calibrate`) it tells the odometry.
     # adrift: fixes are too uncertain to bound the error. x_mm, y_mm, heading_bam: the estimate after the last step.
@@ -73,6 +73,17 @@ class Localization:
         self.adrift = self._uwb.static
         if self.adrift:
             self._shadowing.begin(self._uwb.gamma, self._uwb.sigma_cdb, learn)
+        self._begin()
+
+    def restart(self, place, askew):
+        # Carried elsewhere, where the odometry has begun anew, known to these variances.
+        self._ekf.restart(place, askew)
+        self._manhattan.waiting = False
+        self._due = 0
+        self._misled = 0
+        self._begin()
+
+    def _begin(self):
         o = self._odometry
         f = self._frame
         f.from_x = f.to_x = o.x_um // 1000
@@ -169,22 +180,16 @@ class Localization:
         uwb = self._uwb
         if not uwb.next(self.x_mm, self.y_mm):
             return
-        i = X
-        j = Y
-        x = uwb.dx_mm
-        y = uwb.dy_mm
-        if abs(x) < abs(y):
-            i = Y
-            j = X
-            x = y
-            y = uwb.dx_mm
-        far = uwb.far_mm
-        side = (x << 12) // far  # of the way to the transmitter
+        i = X if abs(uwb.dx_mm) >= abs(uwb.dy_mm) else Y  # 0 or 1
+        j = Y - i
+        x = uwb.dy_mm if i else uwb.dx_mm
+        y = uwb.dx_mm if i else uwb.dy_mm
+        side = (x << 12) // uwb.far_mm  # of the way to the transmitter
         if -_SIDE_MIN < side < _SIDE_MIN:
             return
         rho = (y << 12) // x
         s = self._shadowing
-        if s.look(uwb.anchor, uwb.loss_cdb, far, self._ekf.unsure(i, j, rho) * abs(side) >> 13):
+        if s.look(uwb.anchor, uwb.loss_cdb, uwb.far_mm, self._ekf.unsure(i, j, rho) * abs(side) >> 13):
             sigma = min((s.sigma_mm << 13) // abs(side), 8191)
             self._ekf.correct(i, j, rho, (max(-_FAR_MM, min(s.z_mm, _FAR_MM)) << 14) // (side >> 3), sigma * sigma, 0)
             self.fixes = (self.fixes + 1) & 0xFFFF
@@ -218,15 +223,10 @@ class Localization:
     def met(self, wall):
         # A wall of the map was met again (landmarks.py). Who is contradicted again and again was misled himself.
         ekf = self._ekf
-        i = X
-        j = Y
-        nx = wall.nx
-        ny = wall.ny
-        if abs(nx) < abs(ny):
-            i = Y
-            j = X
-            nx = wall.ny
-            ny = wall.nx
+        i = X if abs(wall.nx) >= abs(wall.ny) else Y
+        j = Y - i
+        nx = wall.ny if i else wall.nx
+        ny = wall.nx if i else wall.ny
         rho = (ny << 12) // nx
         if not self.adrift and self._ekf.unsure(i, j, rho) < _WALL:
             return

@@ -8,7 +8,7 @@ _PULSES_MAX = const(64)  # a tick; more than 1.4 m/s is a broken encoder (fewer 
 
 class Odometry:
     # Pose in the ODOMETRY frame: x_um, y_um, heading_bam (0..65535). It begins at the
-    # dock pose and is never corrected; localization.py keeps the correction beside it.
+    # dock pose, after a kidnapping anew, and is never corrected; localization.py keeps the correction beside it.
     #
     # No fraction is lost: heading is an exact multiple of the pulse difference, and the
     # remainders of distance and of both coordinates are carried from tick to tick.
@@ -43,6 +43,10 @@ class Odometry:
         most = self._bam_q13 + (self._bam_q13 >> 4) + 1
         self._pulses_max = min(_PULSES_MAX, (1 << 27) // (self._um_q12 + 1), (1 << 28) // most - 1)
         self._midpoint = midpoint
+        self.place(x_um, y_um, heading_bam)
+
+    def place(self, x_um, y_um, heading_bam):
+        # At the dock; and where a robot that was carried finds itself.
         self.x_um = x_um
         self.y_um = y_um
         self.heading_bam = heading_bam

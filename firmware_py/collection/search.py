@@ -225,6 +225,12 @@ class Search:
             marks[self._target] += 2 if good else 1
         self.kind = WAIT
 
+    def forget(self):
+        # Where the robot was going, it is not going any more: neither reached nor out of reach.
+        self.kind = WAIT
+        self._planning = False
+        self._on_way = False
+
     def _known(self, x_mm, y_mm, mm):
         # Whether a vector passes within mm.
         return not self._sight.clear(x_mm - mm, y_mm, x_mm + mm, y_mm, mm)

@@ -24,6 +24,7 @@ _NOISE_CDB = const(50)
 _SEEN_SHIFT = const(3)         # over the last eight reports or so
 _SEEN_MAX_MM = const(2000)
 _TRUSTED = const(3000)         # 29 mm: what dead reckoning is trusted for where the ranges say little
+_STRIFE_MAX = const(99)
 _UNIT = const(2560000)         # square millimetres times information
 
 # Places in `scope`, an array "i": first a11, a12, a22, b1, b2, the sums
@@ -33,7 +34,7 @@ _FIRST = const(7)              # in the table of parameters: the transmitters' x
 _GAMMA = const(8)              # 0: ranges by time of flight
 _SPREAD = const(9)             # relative deviation of a range, Q12
 _ALPHA = const(10)             # Q12
-_PRIOR = const(11)             # _TRUSTED, or 0: dead reckoning is not weighed in
+PRIOR = const(11)              # _TRUSTED, or 0: dead reckoning is not weighed in
 SLACK = const(12)              # mm that the estimate may be off, beside what the range may
 _WORTH = const(13)             # a range's weight times its variance
 _FAR = const(14)               # the deviation beyond which a range has no weight
@@ -47,7 +48,7 @@ class Uwb:
     #   work(): treats some of those waiting; a report at once would be twice what the rest of a step costs
     #   solve(): dx_mm, dy_mm, reports -> False when the geometry or the reports are too few
     #   next(x, y): instead of work(), the next of the strengths waiting -> its transmitter is dx_mm, dy_mm from there
-    #   clear(): after the estimate was replaced
+    #   clear(): after the estimate was replaced; forget(): after the robot was set down elsewhere
     # variance_mm2: of one axis of the solution. A and its right-hand side hold information: 1 is worth
     # a deviation of 1600 mm (1 / 2.56e6 a square millimetre). Allocates in __init__ only.
 
@@ -63,6 +64,8 @@ class Uwb:
         self.far_mm = 0
         self.gamma = 0
         self.sigma_cdb = 0
+        self.contradicted = False  # the last report contradicts the estimate
+        self.strife = 0        # so many reports, one after the other or nearly so
         self._source = 0
         self._anchors = 0
         self._table = None
@@ -76,7 +79,7 @@ class Uwb:
 
     def begin(self, parameters, weighted, filtered=0):
         scope = self.scope
-        scope[_PRIOR] = _TRUSTED if weighted else 0
+        scope[PRIOR] = _TRUSTED if weighted else 0
         self._source = parameters.of("uwb_source")
         self._anchors = parameters.of("anchor_count")
         self._table = parameters.values
@@ -101,6 +104,14 @@ class Uwb:
         for i in range(5):
             self.scope[i] = 0
         self.reports = 0
+
+    def forget(self):
+        # What was told was told of another place.
+        self.clear()
+        self.waiting = 0
+        self.strife = 0
+        for i in range(ANCHORS_MAX):
+            self._seen_mm[i] = 0
 
     def shift(self, dx_mm, dy_mm):
         # The estimate has moved by (dx, dy): the reports that count now deviate by so much less.
@@ -150,7 +161,12 @@ class Uwb:
         n = self.waiting
         self.waiting = n - _RECORDS if n > _RECORDS else 0
         n = weigh(self.scope, self._queue, self._table, self._seen_mm, self.waiting, n)
-        self.outliers = self.outliers + (n >> 8) & 0xFFFF
+        self.outliers = self.outliers + (n >> 8 & 255) & 0xFFFF
+        if self.waiting == 0:
+            # Of the strongest. Walls make a range longer, never shorter: who is told that he is nearer to two transmitters than he can
+            # be, and to half as many as agree with him, is not where he thinks, whatever stands between.
+            self.contradicted = n >> 16 > 1 and 2 * (n >> 16) >= n & 255
+            self.strife = min(self.strife + 1, _STRIFE_MAX) if self.contradicted else max(self.strife - 2, 0)
         if n & 0xFF and not self._counted:
             self._counted = True
             if self.reports < 1000:
@@ -177,7 +193,7 @@ class Uwb:
 
     def solve(self):
         scope = self.scope
-        prior = scope[_PRIOR]
+        prior = scope[PRIOR]
         a = scope[0] + prior
         b = scope[1]
         c = scope[2] + prior
@@ -212,7 +228,7 @@ class Uwb:
 
 
 def weigh(scope, queue, table, seen_mm, begin, end):
-    # Adds the records queue[begin .. end) to the sums. -> how many counted, and the outliers << 8
+    # Adds the records queue[begin .. end) to the sums. -> how many counted, the outliers << 8, those among them that are too short << 16
     # A port may put machine code in its place: ports/rolling_viper.py.
     x_mm = scope[_X]
     y_mm = scope[_Y]
@@ -246,7 +262,7 @@ def weigh(scope, queue, table, seen_mm, begin, end):
         expected = expected + i // expected >> 1
         e = expected - d
         likely = deviation
-        if scope[_PRIOR]:
+        if scope[PRIOR]:
             # What this transmitter's ranges deviate by lately, if that is more than the model says: behind
             # walls it is many times as much.
             i = e if e >= 0 else -e
@@ -259,7 +275,9 @@ def weigh(scope, queue, table, seen_mm, begin, end):
         if i > _RESIDUAL_MAX_MM:
             i = _RESIDUAL_MAX_MM
         i += scope[SLACK]
-        if e > i or e < -i:
+        if e > i:
+            told += 65792
+        elif e < -i:
             told += 256
         elif likely <= scope[_FAR]:
             # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)

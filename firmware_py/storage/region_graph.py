@@ -2,7 +2,7 @@
 
 from array import array
 from protocol.map_code import ABOUT, EDGES
-from ..limits import CORNERS_MAX, EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
+from ..limits import EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
 
 # a region's six places in `regions`
 FIRST = 0      # record of the vector store that its range begins with

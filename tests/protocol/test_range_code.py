@@ -18,17 +18,17 @@ PIECES = st.one_of(
 def coded(pieces, buf, reads):
     """-> (what the calls said, bytes)"""
     s, model = array("i", bytes(24)), array("h", bytes(64))
-    range_code.begin(s, buf, reads, len(buf) - 1)
+    range_code.open_range(s, buf, reads, len(buf) - 1)
     range_code.forget(model, 32)
     said = []
     for kind, place, value in pieces:
         value = 0 if reads else value
         if kind == "bit":
-            said.append(range_code.code(s, model, buf, place, value))
+            said.append(range_code.code_bit(s, model, buf, place, value))
         else:
-            said.append(range_code.number(s, model, buf, 10, place, value))
+            said.append(range_code.code_number(s, model, buf, 10, place, value))
         assert 0 <= s[range_code.LOW] < 1 << 24 and 0 < s[range_code.RANGE] < 1 << 24 and min(model) > 0
-    range_code.end(s, buf)
+    range_code.close_range(s, buf)
     return said, s[range_code.AT]
 
 

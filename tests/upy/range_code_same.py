@@ -17,7 +17,7 @@ def boot(args):
     state[1] = int(args[1])
     with open(range_code.__file__) as file:
         exec(file.read().split("if sys.implementation")[0], plain)
-    for code, number in ((plain["code"], plain["number"]), (range_code_viper.code, range_code_viper.number)):
+    for code, number in ((plain["code_bit"], plain["code_number"]), (range_code_viper.code_bit, range_code_viper.code_number)):
         sides.append((code, number, array("i", bytes(24)), array("h", bytes(64)), bytearray(16384)))
     print("coded", end=" ")
 
@@ -32,7 +32,7 @@ def locked():
     for reads in range(2):
         state[0] = seed
         for side in sides:
-            range_code.begin(side[2], side[4], reads, 16383)
+            range_code.open_range(side[2], side[4], reads, 16383)
             range_code.forget(side[3], 32)
         for _ in range(state[1]):
             size = 1 + luck(8)
@@ -46,7 +46,7 @@ def locked():
                 if code(s, model, buf, place, 0 if reads else bit) != bit:
                     told[1] += 1
         for side in sides:
-            range_code.end(side[2], side[4])
+            range_code.close_range(side[2], side[4])
         same(0, 2)
         same(0, 3)
         same(0, 4)

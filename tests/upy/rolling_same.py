@@ -140,7 +140,7 @@ def ranges(spread):
         s[14] = 30000 if filtered else 800
         side.told = side.weigh(s, records, places, side.lately, 0, 16)
     rays[1] += side.told & 255
-    rays[2] += side.told >> 8
+    rays[2] += side.told >> 8 & 255
 
 
 def uwb_range(dx, dy, dz):
