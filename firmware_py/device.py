@@ -21,14 +21,15 @@ _ALL = const(65535)           # pieces of the map
 _SECTION_HELLO = const(0)
 _SECTION_VERSION = const(1)
 _SECTION_STORES = const(2)
+_SECTION_LINK = const(3)
 
 
 class Device:
     # receive(buf, size): bytes that a port read, in a bytearray that it lends; answers go out by
     # port.write(buf, size). hello(): say HELLO. Allocates in __init__ only; wire input never raises.
     #
-    # Lockstep: STEP n+1 after n runs a step (0 follows 2**30 - 1); n once more runs nothing: it gets the
-    # retained answer, in a new epoch the same one in a new frame; any other number gets ERROR. The first
+    # Lockstep: STEP n+1 after n runs a step (0 follows 2**30 - 1); n once more runs nothing: the link has its answer
+    # retained, and gets the same one in a new frame where it has not (a new epoch); any other number gets ERROR. The first
     # STEP locks the parameters and begins the mission. Free run (parameter tick_ms): the same, at the core's own pace.
 
     def __init__(self, port, boot_id):
@@ -59,7 +60,8 @@ class Device:
         p.write(self.link.tx, self.link.tx_len)
 
     def send(self, message_id, items=0):
-        self.port.write(self.link.tx, self.link.send(message_id, items))
+        size = self.link.send(message_id, items)    # before tx is looked at: it says which buffer that is
+        self.port.write(self.link.tx, size)
 
     def send_store(self, index):
         self.inventory.fill(index)
@@ -87,10 +89,7 @@ class Device:
         step = link.values[0]
         if self.begun and step == self.step_number:
             link.reader.count(DUPLICATES)
-            if link.resend_kept():
-                self.port.write(link.tx, link.tx_len)
-            else:
-                self._answer_step()
+            self._answer_step()
             return
         expected = self.step_number + 1 if self.step_number < 0x3FFFFFFF else 0
         if self.begun and step != expected:
@@ -145,7 +144,6 @@ class Device:
         out[4] = core.ir_state
         out[5] = core.hash_lo
         self.send(STEP_RSP)
-        self.link.keep()
 
     def _answer(self, message_id):
         if message_id == WELCOME:
@@ -168,7 +166,8 @@ class Device:
             self._parameter(message_id)
 
     def _error(self, code, message_id, detail):
-        self.port.write(self.link.tx, self.link.send_error(code, message_id, detail))
+        size = self.link.send_error(code, message_id, detail)
+        self.port.write(self.link.tx, size)
 
     def _identify(self):
         values = self.link.values
@@ -180,6 +179,9 @@ class Device:
             return
         if section == _SECTION_STORES and offset < STORES:
             self.send_store(offset)
+            return
+        if section == _SECTION_LINK:
+            self.telemetry.tell_link()
             return
         size = len(VERSION) if section == _SECTION_VERSION else 0
         n = size - offset if offset < size else 0

@@ -14,7 +14,7 @@ ROOT = ".."
 BOARD = ("main_board.py", "ports/machine.py", "ports/pins.py")
 
 # What only a computer runs, and this file; and what the emulated part has no use for.
-LEFT_OUT = ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/unix.py") + BOARD
+LEFT_OUT = ("__main__.py", "main.py", "main_can.py", "manifest.py", "ports/host.py", "ports/slcan.py", "ports/unix.py") + BOARD
 
 package("protocol", (
     "__init__.py", "codec.py", "codec_fields.py", "codec_viper.py", "cobs.py", "crc32.py", "crc32_tables.py", "crc32_viper.py",

@@ -41,6 +41,10 @@ def robot_command(args, home_path, link, log, truth):
         argv.append("--realtime")
     if args.max_robot_s is not None:
         argv += ["--max-robot-s", args.max_robot_s]
+    if args.faults is not None:
+        argv += ["--faults", "@" + os.path.abspath(args.faults[1:]) if args.faults.startswith("@") else args.faults]
+    if args.keep_faults:
+        argv += ["--keep-faults", os.path.abspath(args.keep_faults)]
     for setting in args.set:
         argv += ["--set", setting]
     return argv, _robot_folder()

@@ -144,6 +144,8 @@ class MissionBuilder:
         self._stores[m["name"]] = {key: m[key] for key in ("index", "used", "capacity", "record_bytes", "lost")}
 
     def _on_hello(self, m):
+        if self._hello is not None and self._hello["boot_id"] != m["boot_id"]:
+            self._points = set()  # another core begins to count
         self._hello = m
 
     def _on_status_rsp(self, m):

@@ -47,6 +47,7 @@ class Recording:
         self.parameters = []
         self.damage = ""
         self.read_bytes = 0
+        self._boot_id = None
         self._reader = LogReader()
         self._end = MissionBuilder()
         try:
@@ -78,6 +79,9 @@ class Recording:
         asked, pending, tick = self._first.step, collections.deque([self._first]), None
         for message in self._messages:
             name = message.NAME
+            if name == "HELLO" and message.boot_id != self._boot_id:
+                self.damage = "its core was started anew at step %d, and what follows is another mission" % asked
+                break
             if name == "STEP":
                 ahead = message.step - asked & STEP_MASK
                 if ahead == 1:
@@ -111,6 +115,8 @@ class Recording:
         for message in self._messages:
             if message.NAME == "STEP":
                 return message
+            if message.NAME == "HELLO":
+                self._boot_id = message.boot_id
             if message.NAME == "PARAM_SET":
                 name = self._name(message.parameter)
                 if name not in OF_THE_CLOCK:
@@ -152,13 +158,19 @@ class Recording:
 
     def _kinds(self):
         """{id: class} of the messages that this log has in the layout of today."""
-        same = [row[0] for row in schema.MESSAGES if _listed(row) in self._reader.told["messages"]]
+        told = [_body_of(row) for row in self._reader.told["messages"]]
+        same = [row[0] for row in schema.MESSAGES if _body_of(_listed(row)) in told]
         other = [name for name in NEEDED if BY_NAME[name].ID not in same]
         if other:
             raise LogUnusable("The log %s was written with another %s message: replay it with the version that wrote it." % (
                 self.path, other[0]))
-        wanted = {BY_NAME[name].ID for name in NEEDED + AT_THE_END + TELEMETRY}
+        wanted = {BY_NAME[name].ID for name in NEEDED + AT_THE_END + TELEMETRY + ("HELLO",)}
         return {number: BY_ID[number] for number in wanted.intersection(same)}
+
+
+def _body_of(row):
+    """Whether a message is repeated changes nothing in it."""
+    return row[:3] + row[4:]
 
 
 def _listed(part):

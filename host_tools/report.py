@@ -51,7 +51,7 @@ def table(result):
         ("link", "%s frames   %s bytes   retransmits %s   dropped %s" % (
             _n(stats["frames"]), _n(stats["bytes"]), _n(stats["retransmits"]), _dropped(stats["dropped_by_cause"]))),
     ]
-    rows += _free_run(result["free_run"])
+    rows += _free_run(result["free_run"]) + _can(result["can"])
     rows.append(("hash", "steps %s   map %s" % (_n(result["hash"]["steps"]), _n(result["hash"]["map"]))))
     return ["%-15s %s" % row for row in rows]
 
@@ -71,6 +71,14 @@ def _free_run(figures):
     return [("free run", "core %s ticks late, worst %s ms   host %s answers late, %s ticks missed   drift %s ppm, residual %s ms" % (
         _n(figures["core_late_ticks"]), _n(figures["core_late_ms"]), figures["late_answers"], figures["missed_ticks"],
         _n(figures["drift_ppm"], 0), _n(figures["residual_ms"], 2)))]
+
+
+def _can(figures):
+    if figures["frames"] is None:
+        return []
+    load = _n(figures["bus_load"] and 100 * figures["bus_load"], 1)
+    return [("CAN bus", "%d frames   load %s %% of 500 kbit/s at 50 steps/s   lost %d, refused %d, dropped %d" % (
+        figures["frames"], load, figures["lost"], figures["refused"], figures["dropped"]))]
 
 
 def picture(home, vector_map):

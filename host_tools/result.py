@@ -36,6 +36,7 @@ SKELETON = {
     "link_stats": {"frames": None, "bytes": None, "dropped_by_cause": {}, "retransmits": None},
     "free_run": dict.fromkeys(("core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm",
                                "residual_ms", "clock_jumps", "round_trip_ms", "margin_ms")),
+    "can": dict.fromkeys(("frames", "bus_load", "lost", "refused", "dropped")),
     "cleaning": dict.fromkeys(("coverage", "overlap", "robot_s")),
     "update": dict.fromkeys(("robot_s", "full_robot_s", "regions_rebuilt")),
     "days": [],
@@ -207,12 +208,17 @@ def _tick_and_link(result, mission, end):
         tick["count"] = len(mission.tick_us)
         tick |= {"p50_us": float(np.percentile(mission.tick_us, 50)), "p99_us": float(np.percentile(mission.tick_us, 99)),
                  "max_us": float(np.max(mission.tick_us))}
-    stats["frames"], stats["bytes"], stats["retransmits"] = end.get("frames"), end.get("bytes"), end.get("resent")
+    stats["frames"], stats["bytes"], stats["retransmits"] = end.get("frames"), end.get("bytes"), _both_ends(end)
     dropped = dict(end.get("dropped") or {})
     for name, value in (mission.link or {}).items():
         if name.startswith("bad_") or name in ("overrun", "telemetry_dropped"):
             dropped["core_" + name] = value
     stats["dropped_by_cause"] = dropped
+
+
+def _both_ends(end):
+    """Questions sent again, and answers that the core sent again; the host's alone where the core did not tell its own."""
+    return None if end.get("resent") is None else end["resent"] + (end.get("core_resent") or 0)
 
 
 def _free_run(result, mission, end):
@@ -221,6 +227,14 @@ def _free_run(result, mission, end):
     figures |= end.get("free_run") or {}
     if mission.parameter("tick_ms") and mission.status is not None:
         figures["core_late_ticks"], figures["core_late_ms"] = mission.status["late_ticks"], mission.status["late_ms"]
+
+
+def can_bus(result, counted):
+    """What the hub of a CAN link counted; its load is that of a robot that takes 50 steps a second."""
+    figures, robot_s = result["can"], result["time"]["robot_s"]
+    figures |= {key: counted[key] for key in ("frames", "lost", "refused", "dropped") if key in counted}
+    if counted and robot_s:
+        figures["bus_load"] = round(counted["busy_s"] / robot_s, 4)
 
 
 def tum_rows(mission):

@@ -1,13 +1,14 @@
 # What is derived from the schema, written by `python -m protocol.describe`:
 #   protocol/tables.py   flat tables and message ids for the core (no schema in its memory)
 #   docs/protocol.md     the message table, between its two markers
+#   protocol/tvslam.dbc  telemetry as CAN frames, for cantools and its like
 # `python -m protocol.describe --check` writes nothing and exits 1 if one is stale.
 # Host only.
 
 import os
 import sys
 
-from protocol import parameters, schema, schema_hash
+from protocol import dbc, parameters, schema, schema_hash
 
 KINDS = {"u16": 1, "i16": 2, "u8": 3, "i8": 4, "u32": 5, "i32": 6, "p10": 7}
 SIZES = {"u16": 2, "i16": 2, "u8": 1, "i8": 1, "u32": 4, "i32": 4, "p10": 10}
@@ -15,6 +16,7 @@ SIZES = {"u16": 2, "i16": 2, "u8": 1, "i8": 1, "u32": 4, "i32": 4, "p10": 10}
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TABLES = os.path.join(ROOT, "protocol", "tables.py")
 PAGE = os.path.join(ROOT, "docs", "protocol.md")
+DBC = os.path.join(ROOT, "protocol", "tvslam.dbc")
 MARK_BEGIN = "<!-- messages: made by `python -m protocol.describe`, do not edit -->"
 MARK_END = "<!-- end of messages -->"
 
@@ -85,6 +87,11 @@ def tables_text(messages=schema.MESSAGES):
               "# of a PARAM_INFO by parameter: unit (8) and name (24), padded with NUL. As one literal, because",
               "# on MicroPython a letter taken out of a str may be a new object.",
               "PARAMETER_TEXT = (%s)" % wrapped(parameter_text()), ""]
+    lines += ["# telemetry as CAN frames: by channel the message (0: none), its bytes' place in the body, how many;",
+              "# by the low four bits of a message its first channel (255: it travels in pieces)"]
+    for name, data in zip(("CAN_MESSAGES", "CAN_OFFSETS", "CAN_SIZES", "CAN_FIRST"), dbc.tables(messages)):
+        lines.append("%s = (%s)" % (name, wrapped(data)))
+    lines.append("")
     lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_"))]
     return "\n".join(lines) + "\n"
 
@@ -128,7 +135,7 @@ def page_text(page, messages=schema.MESSAGES):
 def stale_files(write):
     # -> the derived files that differ from what the schema says; written anew if asked.
     stale = []
-    for path, make in ((TABLES, lambda old: tables_text()), (PAGE, page_text)):
+    for path, make in ((TABLES, lambda old: tables_text()), (PAGE, page_text), (DBC, lambda old: dbc.dbc_text())):
         old = ""
         if os.path.exists(path):
             with open(path, encoding="utf-8") as file:

@@ -3,6 +3,8 @@
 #   link = HostLink()
 #   port.write(link.encode(STEP(...)))            a message (messages.py) -> the bytes for the wire
 #   for message in link.feed(port.read()): ...    named tuples, in order, good ones only
+#   for message, ctl, seq, ack in link.take(port.read()): ...       the same with their headers
+#   link.encode(STEP(...), seq)                   a question that is to be taken once, in its turn: host_window.py
 #
 # Host only.
 
@@ -16,6 +18,7 @@ from protocol.frame_reader import (
 from protocol.messages import BY_ID, BY_NAME, MessageError, pack_p10
 
 COUNTER_NAMES = tuple(field[0] for field in BY_NAME["LINK"].FIELDS) + ("stale",)
+RELIABLE = 8            # in CTL
 HANDSHAKE_MAX = 0x04  # HELLO, WELCOME, IDENTIFY, IDENTITY: always in epoch 0
 
 _BYTES = tuple(bytes((n,)) for n in range(256))
@@ -34,8 +37,10 @@ class HostLink:
     # feed() never raises on wire input; what it drops is in `counters`, by cause (counts() names them).
     # encode() raises MessageError for a message that its schema does not allow.
     #
-    # Handshake: answer every HELLO with welcome(hello). A new boot id opens a new epoch (1, 2, 3, 1, ...);
-    # frames of any other are dropped from then on.
+    # Handshake: answer every HELLO with welcome(hello). A new boot id opens a new epoch (1, 2, 3, 1, ...), and
+    # so does reopen(), other than the one that the core is in; frames of any other are dropped from then on.
+    #
+    # `ack` is what the frames say of the answers that came; who repeats questions keeps it (Window.ack).
     #
     # A tap listens: HostLink(listen=BOTH, any_epoch=True). `sink(direction, raw)`, if given, sees every
     # sound frame of both directions as decoded bytes, headers and CRC included: what a log keeps.
@@ -45,13 +50,16 @@ class HostLink:
         self.reader = FrameReader(listen, self.counters)
         self.epoch = 0          # 0: nobody welcomed yet
         self.boot_id = None
-        self.seq = 0
         self.ack = 0
+        self._seq = 0           # of what is not repeated
         self._any_epoch = any_epoch
         self._sink = sink
 
     def feed(self, data):
         # -> the list of messages that these bytes complete
+        return [told[0] for told in self.take(data)]
+
+    def take(self, data):
         messages = []
         buf = bytearray(data)
         reader = self.reader
@@ -61,13 +69,13 @@ class HostLink:
             if reader.ready:
                 message = self._receive()
                 if message is not None:
-                    messages.append(message)
+                    messages.append((message, reader.ctl, reader.seq, reader.ack))
         return messages
 
-    def encode(self, message):
-        return self._frame(message.ID, message.pack())
+    def encode(self, message, seq=None):
+        return self._frame(message.ID, message.pack(), seq)
 
-    def encode_step(self, values):
+    def encode_step(self, values, seq=None):
         # STEP from the flat layout (array or list), the hot path of the virtual robot: see codec.py.
         body = _STEP_HEAD(values[0], values[1], values[2], pack_p10(values[3:11]), values[11], values[12])
         items = values[13]
@@ -75,14 +83,26 @@ class HostLink:
             body += b"".join([_STEP_ITEM(*values[at:at + 3]) for at in range(14, 14 + 3 * items, 3)])
         if len(body) > schema.BODY_MAX or values[0] >= 1 << 30:
             raise MessageError("STEP: %d UWB records or step %d are too many" % (items, values[0]))
-        return self._frame(_STEP.ID, body)
+        return self._frame(_STEP.ID, body, seq)
 
     def welcome(self, hello):
         # -> the bytes that answer this HELLO
         if hello.boot_id != self.boot_id:
             self.boot_id = hello.boot_id
+            return self.reopen(hello.capabilities & 3)
+        return self.invitation()
+
+    def reopen(self, taken=0):
+        # A new epoch for the same boot, but not `taken`, which the core is in.
+        self.epoch = self.epoch % 3 + 1
+        if self.epoch == taken:
             self.epoch = self.epoch % 3 + 1
-        return self.encode(BY_NAME["WELCOME"](self.epoch, hello.boot_id, _HASH_LO, _HASH_HI))
+        self.ack = self._seq = 0
+        return self.invitation()
+
+    def invitation(self):
+        # WELCOME once more
+        return self.encode(BY_NAME["WELCOME"](self.epoch, self.boot_id, _HASH_LO, _HASH_HI))
 
     def refusal(self, hello):
         # -> None, or the sentence that says why this core cannot be worked with
@@ -97,14 +117,18 @@ class HostLink:
     def counts(self):
         return dict(zip(COUNTER_NAMES, self.counters, strict=True))
 
-    def _frame(self, message_id, body):
-        epoch = self.epoch if message_id > HANDSHAKE_MAX else 0
-        direction = BY_ID[message_id].DIRECTION
-        raw = bytes((schema.VERSION | direction << 2 | epoch << 5, self.seq, self.ack, message_id, len(body) + 9)) + body
+    def _frame(self, message_id, body, seq):
+        ctl = schema.VERSION | BY_ID[message_id].DIRECTION << 2 | (self.epoch << 5 if message_id > HANDSHAKE_MAX else 0)
+        if seq is None:
+            if message_id > HANDSHAKE_MAX:
+                self._seq = self._seq + 1 & 255
+            seq = self._seq
+        else:
+            ctl |= RELIABLE
+        raw = bytes((ctl, seq, self.ack, message_id, len(body) + 9)) + body
         raw += zlib.crc32(raw).to_bytes(4, "little")
-        self.seq = self.seq + 1 & 255
         if self._sink is not None:
-            self._sink(direction, raw)
+            self._sink(ctl >> 2 & 1, raw)
         wire = b"\0" + stuff(raw) + b"\0"
         self.reader.count_out(len(wire))
         return wire
@@ -118,7 +142,6 @@ class HostLink:
         if not self._any_epoch and reader.ctl >> 5 & 3 != (
                 self.epoch if message_id > HANDSHAKE_MAX or message_id == 0 else 0):
             return reader.count(STALE)
-        self.ack = reader.seq
         kind = BY_ID.get(message_id)
         if kind is None or kind.DIRECTION != reader.ctl >> 2 & 1:
             return reader.count(BAD_ID)

@@ -2,6 +2,7 @@
 # generators of the tests are all made from this table.
 #
 #   (id, name, direction, reliable, fields)      direction: DOWN host -> core, UP core -> host
+#                                                reliable: may be a question, or the answer to one, that is repeated until it has come
 #   field: (name, type, unit)
 #     u8 i8 u16 i16 u32 i32   little-endian; a value of magnitude >= 2**30 is rejected
 #     p10                     eight unsigned 10-bit values in 10 bytes, least significant bit first
@@ -35,17 +36,18 @@ MESSAGES = (
         ("section", "u8", ""), ("offset", "u16", "B"), ("size", "u16", "B"), ("data", "*", (("byte", "u8", ""),)))),
     (0x05, "PING", DOWN, 0, (("token", "u16", ""),)),
     (0x06, "PONG", UP, 0, (("token", "u16", ""), ("t_ms", "u32", "ms"))),
-    (0x07, "ERROR", UP, 0, (("code", "u8", ""), ("message_id", "u8", ""), ("detail", "i32", ""))),
+    (0x07, "ERROR", UP, 1, (("code", "u8", ""), ("message_id", "u8", ""), ("detail", "i32", ""))),
+    (0x08, "ACK", UP, 0, (("missing", "u8", ""),)),   # with the nak bit: a question is missing, this SEQ
     # 10-1F step
-    (0x10, "STEP", DOWN, 0, (
+    (0x10, "STEP", DOWN, 1, (
         ("step", "u32", "tick"), ("left", "i16", "pulse"), ("right", "i16", "pulse"),
         ("ir", "p10", "count"), ("ultrasonic_mm", "u16", "mm"), ("bump", "u8", "bits"),
         ("uwb", "*", (("anchor", "u8", ""), ("strength_cdb", "i16", "cdB"), ("range_mm", "u16", "mm"))))),
-    (0x11, "STEP_RSP", UP, 0, (
+    (0x11, "STEP_RSP", UP, 1, (
         ("step", "u32", "tick"), ("left_mm_s", "i16", "mm/s"), ("right_mm_s", "i16", "mm/s"),
         ("state", "u8", ""), ("ir_state", "u8", ""), ("hash16", "u16", ""))),
-    (0x12, "STATUS", DOWN, 0, (("flags", "u8", ""),)),
-    (0x13, "STATUS_RSP", UP, 0, (
+    (0x12, "STATUS", DOWN, 1, (("flags", "u8", ""),)),
+    (0x13, "STATUS_RSP", UP, 1, (
         ("step", "u32", "tick"), ("state", "u8", ""), ("finished", "u8", ""), ("reason", "u8", ""),
         ("degraded", "u16", "bits"), ("steps_lo", "u16", ""), ("steps_hi", "u16", ""),
         ("map_lo", "u16", ""), ("map_hi", "u16", ""),
@@ -78,19 +80,19 @@ MESSAGES = (
         ("heap_bytes", "u32", "B"), ("heap_used_bytes", "u32", "B"), ("heap_locked", "u8", ""),
         ("allocated_after_boot_bytes", "u32", "B"))),
     # 30-3F map
-    (0x30, "MAP_INFO", DOWN, 0, (("flags", "u8", ""),)),
-    (0x31, "MAP_INFO_RSP", UP, 0, (
+    (0x30, "MAP_INFO", DOWN, 1, (("flags", "u8", ""),)),
+    (0x31, "MAP_INFO_RSP", UP, 1, (
         ("generation", "u16", ""), ("size", "u32", "B"), ("crc_lo", "u16", ""), ("crc_hi", "u16", ""))),
-    (0x32, "MAP_READ", DOWN, 0, (("generation", "u16", ""), ("offset", "u32", "B"))),
-    (0x33, "MAP_DATA", UP, 0, (
+    (0x32, "MAP_READ", DOWN, 1, (("generation", "u16", ""), ("offset", "u32", "B"))),
+    (0x33, "MAP_DATA", UP, 1, (
         ("generation", "u16", ""), ("offset", "u32", "B"), ("data", "*", (("byte", "u8", ""),)))),
     # 50-5F parameters: (parameter, index) names one integer; the table is parameters.py
-    (0x50, "PARAM_SET", DOWN, 0, (("parameter", "u8", ""), ("index", "u8", ""), ("value", "i32", ""))),
-    (0x51, "PARAM_GET", DOWN, 0, (("parameter", "u8", ""), ("index", "u8", ""))),
-    (0x52, "PARAM_LIST", DOWN, 0, (("parameter", "u8", ""),)),
-    (0x53, "PARAM_VALUE", UP, 0, (
+    (0x50, "PARAM_SET", DOWN, 1, (("parameter", "u8", ""), ("index", "u8", ""), ("value", "i32", ""))),
+    (0x51, "PARAM_GET", DOWN, 1, (("parameter", "u8", ""), ("index", "u8", ""))),
+    (0x52, "PARAM_LIST", DOWN, 1, (("parameter", "u8", ""),)),
+    (0x53, "PARAM_VALUE", UP, 1, (
         ("parameter", "u8", ""), ("index", "u8", ""), ("status", "u8", ""), ("value", "i32", ""))),
-    (0x54, "PARAM_INFO", UP, 0, (
+    (0x54, "PARAM_INFO", UP, 1, (
         ("parameter", "u8", ""), ("count", "u8", ""), ("minimum", "i32", ""), ("maximum", "i32", ""),
         ("default", "i32", ""), ("unit", "c8", ""), ("name", "c24", ""))),
 )

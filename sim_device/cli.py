@@ -36,7 +36,8 @@ def arguments():
     add = parser.add_argument
     add("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
     link = parser.add_mutually_exclusive_group(required=True).add_argument
-    link("--link", metavar="PATH", help="the name to give the pty on which the core is awaited")
+    link("--link", metavar="PATH", help="the name to give the pty on which the core is awaited; or a CAN bus: slcan:PORT, slcan-fd:PORT "
+                                        "(an adapter's serial port), socketcan:NAME, udp")
     link("--core", metavar="MODULE:CLASS", help="in place of that: the core to run in this process, as firmware_py.device:Device")
     add("--core-folder", metavar="DIR", help="where to look for it first")
     add("--tap", metavar="PATH", action="append", default=[], help="the name of a pty for a viewer (may be given again)")
@@ -49,6 +50,9 @@ def arguments():
     add("--log", metavar="FILE", help="keep every frame")
     add("--truth", metavar="FILE", help="keep the true path: <I3d> step, x, y, theta")
     add("--map", metavar="FILE", help="keep the map that the core sends at the end")
+    add("--faults", metavar="SPEC", help="what shall go wrong on the link and with the sensors, like drop=0.1,delay=20ms,"
+        "cut@step=500:2s,reset@step=900,uwb=off@step=300:200; or @FILE")
+    add("--keep-faults", metavar="FILE", help="keep what went wrong on the link, frame by frame, for --faults @FILE")
     add("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
     add("--max-robot-s", type=positive, default=14400.0, metavar="S", help="give up after that much robot time")
     add("--wait", type=positive, default=30.0, metavar="S", help="for the core's first word")
@@ -103,6 +107,7 @@ def check_names(options):
         raise InputError("--realtime does not go with --core, which has no clock of its own: give --link and start the core on it")
     taken = {_place(path): what for what, path in (("the home", options.home), ("--robot", options.robot)) if path and os.path.isfile(path)}
     named = [("--" + what, getattr(options, what)) for what in ("link", "log", "truth", "map")]
+    named.append(("--keep-faults", options.keep_faults))
     for what, path in named + [("--tap", path) for path in options.tap]:
         if path and (other := taken.setdefault(_place(path), what)) is not what:
             raise InputError("%s %s: %s has that name already, give another" % (what, path, other))
@@ -149,15 +154,29 @@ def main(argv=None):
             return EXIT_INTERRUPTED
 
 
+def open_link(options):
+    """What joins the robot to the core. Each is imported where it is used: python-can alone takes a tenth of a second."""
+    if options.core:
+        from sim_device.links.memory import MemoryLink
+        return MemoryLink(options.core, options.core_folder)
+    if options.link == "udp" or options.link.startswith(("slcan:", "slcan-fd:", "socketcan:", "udp:")):
+        from sim_device.links.can import CanLink
+        return CanLink(options.link)
+    from sim_device.links.pty import Pty
+    return Pty(options.link)
+
+
 def mission(options, report, signals):
     # Imported here: --version and a wrong argument need none of it.
     from sim_device.config import RobotError, load_robot
+    from sim_device.faults import FaultError, parse
     from sim_device.home import HomeError, load_home
-    from sim_device.links.memory import MemoryLink
-    from sim_device.links.peer import PeerError
-    from sim_device.links.pty import LinkError, Pty
+    from sim_device.links.faulty import FaultyLink
+    from sim_device.links.peer_errors import PeerError
+    from sim_device.links.pty import LinkError
     from sim_device.links.tap import Taps
     from sim_device.links.trace import FrameLog, GrowingFile, TraceError, TruthFile
+    from sim_device.sensors.faulty import FaultySensors
     from sim_device.session import Session
     from sim_device.virtual_robot import VirtualRobot
 
@@ -167,20 +186,27 @@ def mission(options, report, signals):
         with contextlib.ExitStack() as stack:
             home = load_home(options.home)
             robot = VirtualRobot(home, load_robot(options.robot), options.seed, options.uwb, options.odometry)
+            plan = parse(options.faults or "")
+            if plan.sensors:
+                robot = FaultySensors(robot, plan.sensors, options.seed)
             told = settings(options, robot.parameters())
             notes = {key: getattr(options, key) for key in ("seed", "uwb", "odometry", "mode")}
             log = options.log and stack.enter_context(contextlib.closing(FrameLog(options.log, home=home.name, **notes)))
             truth = options.truth and stack.enter_context(contextlib.closing(TruthFile(options.truth)))
             keep = options.map and stack.enter_context(contextlib.closing(GrowingFile(options.map)))
-            link = MemoryLink(options.core, options.core_folder) if options.core else Pty(options.link)
+            link = open_link(options)
             stack.enter_context(contextlib.closing(link))
+            if plan.of_the_link:
+                kept = options.keep_faults and stack.enter_context(contextlib.closing(GrowingFile(options.keep_faults)))
+                link = FaultyLink(link, plan, options.seed, getattr(link, "restart", lambda: report.event("reset", step=session.now)),
+                                  lambda item: kept and kept.add((item + "\n").encode()))
             taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
             session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals)
             report.event("ready", home=home.name, link=options.link or options.core, pty=link.name, taps=options.tap, seed=options.seed)
             end = session.run(options.wait)
             if keep and session.map_bytes is not None:
                 keep.add(session.map_bytes)
-    except (HomeError, RobotError, LinkError, InputError) as error:
+    except (HomeError, RobotError, LinkError, FaultError, InputError) as error:
         code, sentence = EXIT_BAD_INPUT, str(error)
     except TraceError as error:
         code, sentence, blames = EXIT_PEER if session else EXIT_BAD_INPUT, str(error), "file"

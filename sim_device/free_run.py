@@ -11,6 +11,7 @@ import time
 from protocol.messages import BY_NAME
 from sim_device.core_clock import CoreClock
 from sim_device.links.peer import DEAD_S, RESEND_S
+from sim_device.links.peer_errors import silent
 
 TICK_MS = 20
 TICK_S = TICK_MS / 1000
@@ -108,7 +109,7 @@ class FreeRun:
                 return answer
             now_s = time.monotonic()
             if now_s - start_s > DEAD_S:
-                raise peer.silent(step, DEAD_S)
+                raise silent(peer.path, "STEP %d" % step, DEAD_S)
             if now_s - sent_s > RESEND_S:
                 sent_s = now_s
                 peer.resent += 1

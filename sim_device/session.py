@@ -7,7 +7,9 @@ from array import array
 from protocol import parameters, schema, states
 from protocol.messages import BY_NAME
 from sim_device.free_run import TICK_MS, FreeRun
-from sim_device.links.peer import DEAD_S, Interrupted, Peer, PeerError, Refused
+from sim_device.last_place import LastPlace
+from sim_device.links.peer import DEAD_S, Peer
+from sim_device.links.peer_errors import Interrupted, PeerError, Refused, Restarted
 
 STEP_S = 0.02
 PROGRESS_S = 0.25
@@ -15,6 +17,7 @@ ENDED = (states.DONE, states.FAILED)
 FIRST_STEP = 1
 
 _POSE, _MEMORY, _LINK = (BY_NAME[name] for name in ("POSE", "MEMORY", "LINK"))
+_IDENTIFY, _LINK_SECTION = BY_NAME["IDENTIFY"], 3
 _PARAM_SET, _PARAM_VALUE = BY_NAME["PARAM_SET"], BY_NAME["PARAM_VALUE"]
 _STATUS, _STATUS_RSP = BY_NAME["STATUS"], BY_NAME["STATUS_RSP"]
 _MAP_INFO, _MAP_INFO_RSP, _MAP_READ, _MAP_DATA = (BY_NAME[name] for name in ("MAP_INFO", "MAP_INFO_RSP", "MAP_READ", "MAP_DATA"))
@@ -28,7 +31,7 @@ _PARAM_STATUS = {
 # Owns nothing that must be closed: pty, taps and files are the caller's. run()
 # returns the end event (a dict) of a mission that came to an end of its own, by
 # the time limit or by stop(); it raises PeerError where the core failed. What
-# was learnt until then is in summary(). `stop` counts requests to end: the first ends the
+# was learnt until then is in summary(). A core that starts anew begins its mission anew, where the robot stands. `stop` counts requests to end: the first ends the
 # mission, the second also what is asked afterwards. `truth` gets the true pose of every step.
 class Session:
     def __init__(self, pty, taps, robot, report, log=None, truth=None, settings=None,
@@ -36,6 +39,8 @@ class Session:
         self.robot = robot
         self.peer = Peer(pty, taps, log, self._stops)
         self.step = 0
+        self.now = FIRST_STEP       # the step being asked
+        self.restarts = 0
         self.wall_s = 0.0
         self.state = states.BOOT
         self.status = None
@@ -44,7 +49,9 @@ class Session:
         self._report = report
         self._truth = truth
         self._settings = {**(settings or {}), **({"tick_ms": [TICK_MS]} if realtime else {})}
-        self._free = FreeRun(self.peer, robot) if realtime else None
+        self._realtime = realtime
+        self._place = LastPlace(robot.parameters())
+        self._free = None
         self._ticks_max = int(max_robot_s / STEP_S)
         self._stop = stop
         self._heed = True
@@ -57,11 +64,7 @@ class Session:
 
     def _run(self, wait_s):
         try:
-            hello = self.peer.meet(wait_s)
-            self._set_parameters()
-            self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()))
-            if self._free:
-                self._free.join()
+            self._start(self.peer.meet(wait_s))
             why = self._mission()
             dead_s = DEAD_S
         except Interrupted:
@@ -70,6 +73,30 @@ class Session:
         if self.peer.hello is not None:
             self._collect(dead_s, must=why != "interrupted")
         return why
+
+    def _start(self, hello, told=None):
+        """Tells the core what it must know: at first, and again each time it has started anew."""
+        while True:
+            try:
+                self._set_parameters(told or {})
+                break
+            except Restarted as again:
+                hello = self.peer.begin(again.hello)
+        self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()))
+        if self._realtime:
+            self._free = FreeRun(self.peer, self.robot)
+            self._free.join()
+
+    def _ask(self, values):
+        """The answer to this STEP, from whichever core is there by then."""
+        self.now = values[0]
+        while True:
+            try:
+                return (self._free or self.peer).step(values)
+            except Restarted as again:
+                self.restarts += 1
+                self._report.event("restart", step=values[0])
+                self._start(self.peer.begin(again.hello), self._place.dock())
 
     def summary(self, reason):
         """The end event's fields. `finished` is what the core says of itself."""
@@ -83,27 +110,29 @@ class Session:
             "steps": self.step, "robot_s": round(robot_s, 2), "wall_s": round(self.wall_s, 3),
             "real_time_factor": round(robot_s / self.wall_s, 1) if self.wall_s else None,
             "path_m": round(robot.path_m, 3), "contacts": robot.contacts,
-            "frames": peer.frames, "bytes": peer.bytes, "dropped": peer.dropped_by_cause, "resent": peer.resent,
+            "frames": peer.frames, "bytes": peer.bytes, "dropped": peer.dropped_by_cause, "resent": peer.repeats,
+            "core_resent": None if _LINK not in peer.newest else peer.newest[_LINK].duplicates, "restarts": self.restarts,
             "tap_dropped": self._taps.dropped, "free_run": self._free and self._free.figures(),
             "status": None if status is None else status._asdict(),
             "stores": {name: store._asdict() for name, store in peer.stores.items()},
             "map_bytes": None if self.map_bytes is None else len(self.map_bytes),
         }
 
-    def _set_parameters(self):
-        told = {**self.robot.parameters(), **self._settings}
-        for name, values in sorted(told.items(), key=lambda item: _PLACES[item[0]]):
-            place = _PLACES[name]
-            for index, value in enumerate(values):
-                answer = self.peer.ask(
-                    _PARAM_SET(place, index, value), _PARAM_VALUE, lambda m, p=place, i=index: (m.parameter, m.index) == (p, i))
-                if answer.status != schema.PARAM_OK or answer.value != value:
-                    why = _PARAM_STATUS.get(answer.status, "it keeps %d" % answer.value)
-                    raise PeerError("the core refused parameter %s[%d] = %d: %s" % (name, index, value, why))
+    def _set_parameters(self, dock):
+        told = {**self.robot.parameters(), **self._settings, **dock}
+        rows = [(name, index, value) for name, values in sorted(told.items(), key=lambda item: _PLACES[item[0]])
+                for index, value in enumerate(values)]
+        answers = self.peer.ask_all([
+            (_PARAM_SET(_PLACES[name], index, value), _PARAM_VALUE, lambda m, place=(_PLACES[name], index): (m.parameter, m.index) == place)
+            for name, index, value in rows])
+        for (name, index, value), answer in zip(rows, answers, strict=True):
+            if answer.status != schema.PARAM_OK or answer.value != value:
+                why = _PARAM_STATUS.get(answer.status, "it keeps %d" % answer.value)
+                raise PeerError("the core refused parameter %s[%d] = %d: %s" % (name, index, value, why))
 
     def _mission(self):
         """Steps until the core says that it has ended: "" then, or why it was not waited for."""
-        robot, ask, truth, body = self.robot, (self._free or self.peer).step, self._truth, self.robot
+        robot, ask, truth, place, newest = self.robot, self._ask, self._truth, self._place, self.peer.newest
         values = array("i", bytes(4 * schema.VALUES_MAX))
         clock = time.monotonic
         report_s = tap_s = start_s = clock()
@@ -114,7 +143,9 @@ class Session:
                 values[0] = step
                 robot.sense(values)
                 if truth is not None:
-                    truth.pose(step, body.x_m, body.y_m, body.theta_rad)
+                    truth.pose(step, robot.x_m, robot.y_m, robot.theta_rad)
+                place.step(step, values[1], values[2])
+                place.said(newest.get(_POSE))
                 _, left_mm_s, right_mm_s, self.state, _, _ = ask(values)
                 self.step += 1
                 if self.state in ENDED:
@@ -152,12 +183,13 @@ class Session:
             estimate_x_m=pose and pose.x_um / 1e6, estimate_y_m=pose and pose.y_um / 1e6,
             memory={"used": heap.heap_used_bytes, "total": heap.heap_bytes},
             stores={name: [store.used, store.capacity, store.lost] for name, store in peer.stores.items()},
-            frames=peer.frames, bytes=peer.bytes, resent=peer.resent)
+            frames=peer.frames, bytes=peer.bytes, resent=peer.repeats)
 
     def _collect(self, dead_s, must):
         """What the core says at the end, and its map, if it has one."""
         try:
             self.status = self.peer.ask(_STATUS(0), _STATUS_RSP, dead_s=dead_s)
+            self.peer.ask(_IDENTIFY(_LINK_SECTION, 0), _LINK, dead_s=dead_s)
             try:
                 info = self.peer.ask(_MAP_INFO(0), _MAP_INFO_RSP, dead_s=dead_s)
             except Refused:
@@ -166,6 +198,8 @@ class Session:
         except (PeerError, Interrupted):
             if must:
                 raise
+        except Restarted:
+            raise PeerError("the core on %s has started anew before its map was read: start the mission again" % self.peer.path) from None
 
     def _pull_map(self, info, dead_s):
         data = bytearray()

@@ -32,7 +32,7 @@ def test_a_duplicate_gets_the_same_bytes_and_runs_nothing():
     story = Story()
     story.step(1)
     for number in (2, 3):
-        frame = story.host.encode(BY_NAME["STEP"](number, 7, 7, (20,) * 8, 0, 0, ()))
+        frame = story.host.encode(BY_NAME["STEP"](number, 7, 7, (20,) * 8, 0, 0, ()), number - 1)
         story.give(frame)
         first, hashes = bytes(story.port.out), (story.core.hash_lo, story.core.hash_hi, story.core.tick)
         story.heard()
@@ -42,6 +42,16 @@ def test_a_duplicate_gets_the_same_bytes_and_runs_nothing():
             assert [m.step for m in story.heard()] == [number]
         assert (story.core.hash_lo, story.core.hash_hi, story.core.tick) == hashes
     assert story.device.link.counters[4] == 6
+
+
+def test_a_step_that_is_asked_again_runs_nothing_and_says_the_same():
+    story = Story()
+    story.step(1)
+    (first,) = story.step(2, 7, 7)
+    hashes = (story.core.hash_lo, story.core.hash_hi, story.core.tick)
+    for _ in range(3):
+        assert story.step(2, 7, 7) == [first]
+    assert (story.core.hash_lo, story.core.hash_hi, story.core.tick) == hashes
 
 
 def test_a_duplicate_after_a_new_welcome_is_answered_in_the_new_epoch():

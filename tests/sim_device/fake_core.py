@@ -84,6 +84,8 @@ class FakeCore:
         pass
 
     def on_identify(self, values):
+        if values[0] == 3:
+            return self.send("LINK", *list(self.link.counters)[:13])
         self.hello()
 
     def on_ping(self, v):
@@ -96,6 +98,9 @@ class FakeCore:
             status = schema.PARAM_OUT_OF_RANGE
         if self.options.fault == "loses" and self.seen.setdefault((v[0], v[1]), 0) == 0 and row[0] in ("track", "dock_x"):
             self.seen[v[0], v[1]] = 1
+            self.flush = lambda: None
+            self.on_param_set(v)
+            del self.flush
             return
         if status == schema.PARAM_OK:
             self.parameters[v[0], v[1]] = v[2]
@@ -108,30 +113,28 @@ class FakeCore:
         if fault == "deaf":
             time.sleep(60)
         if fault == "restarts":
-            self.link = Link(boot_id=self.options.boot_id + 1)
+            self.options.at = None
+            self.link, self.last_step = Link(boot_id=self.options.boot_id + 1), step - 1
             return self.hello()
-        if fault == "loses" and self.last_step < step:
-            self.execute(step)
-            return  # executed, but the answer is lost: the host asks again
-        if step == self.last_step:
-            self.link.resend_kept()
-            return self.flush()
         self.execute(step)
-        self.flush()
+        if fault != "loses":
+            self.flush()  # else executed, but the answer is lost: the host asks again, and the link has it retained
+        if step % 5 == 0:
+            self.tell(step)
 
     def execute(self, step):
         assert step == self.last_step + 1, (step, self.last_step)
         self.last_step = step
         self.executed += 1
-        if step % 5 == 0:
-            self.send("POSE", step, step * 100, 0, 0, 0, 0, 0, states.FOLLOW, 0, step, 3, 7, 1, 0)
-            self.send("VECTOR", step % 40, 0, 0, step % 100, 2, 3, 4, 5)
         done = step >= self.options.steps
         state = states.FOLLOW if not done else states.FAILED if self.options.fault == "fails" else states.DONE
         for i, value in enumerate((step, 60, 80, state, 0, step & 0xFFFF)):
             self.link.out[i] = value
         self.link.send(ID["STEP_RSP"])
-        self.link.keep()
+
+    def tell(self, step):
+        self.send("POSE", step, step * 100, 0, 0, 0, 0, 0, states.FOLLOW, 0, step, 3, 7, 1, 0)
+        self.send("VECTOR", step % 40, 0, 0, step % 100, 2, 3, 4, 5)
 
     def on_status(self, v):
         done = self.last_step >= self.options.steps and self.options.fault != "fails"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from protocol.messages import BY_NAME
 from sim_device import free_run
 from sim_device.free_run import MARGIN_MAX_S, TICK_MS, TICK_S, FreeRun
-from sim_device.links.peer import PeerError
+from sim_device.links.peer_errors import PeerError
 
 WAY_S = 0.0004
 STEP_RSP, PONG = BY_NAME["STEP_RSP"], BY_NAME["PONG"]
@@ -69,8 +69,7 @@ class Staged:
         answer = self.newest.get(STEP_RSP)
         return answer if answer is not None and answer[0] == step else None
 
-    def silent(self, step, dead_s):
-        return PeerError("STEP %d, %g s" % (step, dead_s))
+    path = "the stage"
 
 
 # Notes when it was driven and how fast; touches something now and then.
@@ -147,5 +146,5 @@ def test_the_margin_follows_the_way_and_the_worst_answer_is_kept(monkeypatch):
 
 
 def test_silence_ends_it(monkeypatch):
-    with pytest.raises(PeerError, match="STEP 3, 3 s"):
+    with pytest.raises(PeerError, match="STEP 3 for 3 s"):
         staged_run(monkeypatch, [0.001, 0.001, 60.0])

@@ -1,0 +1,174 @@
+# The virtual robot's end of a CAN bus, by python-can: an SLCAN adapter on a serial port or a pty, the kernel's CAN, or
+# CAN over UDP multicast. Between CAN frames and ours stand protocol/can_cutter.py and can_joiner.py.
+
+import contextlib
+import importlib.util
+import os
+import re
+import select
+import time
+from collections import deque
+
+import can
+import serial
+from can.interfaces.slcan import slcanBus
+
+from protocol.can_cutter import CanCutter
+from protocol.can_joiner import FRAME_MAX, CanJoiner
+from sim_device.links.peer import PeerError
+from sim_device.links.pty import LinkError
+
+BITRATE, DATA_BITRATE = 500_000, 2_000_000
+UDP_GROUP = "239.74.163.2"
+WAIT_S = 10.0   # for an adapter's name to appear
+BURST = 1000    # frames of others that one read() passes over
+SPIN_S = 0.0004
+SLEEPS = 50
+KINDS = ("slcan-fd", "slcan", "socketcan", "udp")
+DOWN, UP = 0, 1
+
+
+def is_can(name):
+    """Whether this name of a link means a CAN bus."""
+    return name == "udp" or name.partition(":")[0] in KINDS and ":" in name
+
+
+# Stands in for a Pty towards Peer: read() gives whole frames, write() takes one. Nobody's absence is seen on a bus, so
+# read() is never None. What comes off the bus never raises; an adapter that goes is a PeerError.
+class CanLink:
+    resetting = False   # as a Pty's
+    clock = staticmethod(time.monotonic)
+
+    def __init__(self, name, wait_s=WAIT_S):
+        kind, _, channel = name.partition(":")
+        self.path = self.name = name
+        self.dropped = 0
+        self.fd = kind == "slcan-fd"
+        self._bus = open_bus(kind, channel, wait_s)
+        self._cutter = CanCutter(DOWN, self.fd)
+        self._joiner = CanJoiner(bytearray(FRAME_MAX), UP)
+
+    def read(self, timeout_ms=0):
+        """The next frame, waiting for it up to the timeout; b"" if none came."""
+        end_s = time.monotonic() + timeout_ms / 1000
+        joiner = self._joiner
+        for _ in range(BURST):
+            try:
+                message = self._bus.recv(max(0.0, end_s - time.monotonic()))
+            except ValueError:
+                continue    # no CAN frame: noise on an adapter's line
+            except (can.CanError, serial.SerialException, OSError) as error:
+                raise PeerError("the CAN bus %s was closed while in use (%s): start all again" % (self.name, error)) from None
+            if message is None:
+                return b""
+            if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
+                continue    # others' business
+            size = joiner.join(message.arbitration_id, message.data, len(message.data))
+            if size:
+                return bytes(joiner.frame[:size])
+        return b""
+
+    def write(self, data):
+        cutter, frames = self._cutter, []
+        cutter.begin(data, len(data))
+        while cutter.next():
+            frames.append(can.Message(arbitration_id=cutter.can_id, is_extended_id=False, is_fd=self.fd, bitrate_switch=self.fd,
+                                      data=cutter.data[:cutter.size]))
+        try:
+            with getattr(self._bus, "together", contextlib.nullcontext)():
+                for frame in frames:
+                    self._bus.send(frame, timeout=1.0)
+        except (can.CanError, serial.SerialException, OSError) as error:
+            if isinstance(error, can.CanOperationError) and isinstance(self._bus, Adapter):
+                raise PeerError("the CAN bus %s takes no more frames (%s): start all again" % (self.name, error)) from None
+            self.dropped += 1   # the kernel's queue is full: asked again by and by
+            return False
+        return True
+
+    def flush(self):
+        return True
+
+    def close(self):
+        with contextlib.suppress(can.CanError, serial.SerialException, OSError):
+            self._bus.shutdown()
+
+
+# python-can's SLCAN bus. It reads byte by byte and writes a frame at a time, each a system call, which in lockstep costs
+# more than the step: here whatever has come is taken at once, and the frames within `with together()` leave at once.
+class Adapter(slcanBus):
+    def __init__(self, *args, **options):
+        self._came = deque()
+        self._held = None
+        self._patience = 0
+        super().__init__(*args, sleep_after_open=0, **options)
+
+    @contextlib.contextmanager
+    def together(self):
+        self._held = []
+        try:
+            yield
+            self.serialPortOrig.write("".join(self._held).encode())
+        finally:
+            self._held = None
+
+    def _write(self, string):
+        if self._held is None:
+            super()._write(string)
+        else:
+            self._held.append(string + "\r")
+
+    def _read(self, timeout):
+        if not self._came:
+            self._fill(timeout)
+        return self._came.popleft() if self._came else None
+
+    def _fill(self, timeout):
+        if not self._ready(timeout):
+            return
+        data = os.read(self.fileno(), 4096)
+        if not data:
+            raise can.CanOperationError("the adapter has gone")
+        *lines, self._buffer = re.split(rb"[\r\a]", self._buffer + data)
+        if len(self._buffer) > 4096:
+            self._buffer = bytearray()  # no adapter has lines like that
+        self._came.extend([line.decode("ascii", "replace") for line in lines if line])
+
+    def _ready(self, timeout):
+        fds = [self.fileno()]
+        if self._patience < 0 or not timeout:
+            self._patience += self._patience < 0
+            return select.select(fds, [], [], timeout)[0]
+        end_s = time.perf_counter() + SPIN_S  # as links/pty.py: looks a while before it sleeps
+        while not select.select(fds, [], [], 0)[0]:
+            if time.perf_counter() > end_s:
+                self._patience = -SLEEPS
+                return select.select(fds, [], [], timeout)[0]
+            os.sched_yield()
+        return True
+
+
+def open_bus(kind, channel, wait_s=WAIT_S):
+    """python-can's bus of that kind. LinkError, one sentence, where it cannot be had."""
+    if kind in ("slcan", "slcan-fd"):
+        return _open_adapter(channel, kind == "slcan-fd", wait_s)
+    try:
+        if kind == "udp":
+            if importlib.util.find_spec("msgpack") is None:
+                raise LinkError("udp needs the package msgpack, which is not here: pip install 'tvslam[udp]', or use slcan")
+            return can.Bus(interface="udp_multicast", channel=channel or UDP_GROUP, hop_limit=0)  # 0: it stays on this machine
+        return can.Bus(interface="socketcan", channel=channel)
+    except (can.CanError, OSError, ImportError, ValueError) as error:
+        raise LinkError("%s: this machine has no such CAN bus (%s); slcan needs none of it" % (
+            kind + (":" + channel if channel else ""), str(error).rstrip("."))) from None
+
+
+def _open_adapter(path, fd, wait_s):
+    end_s = time.monotonic() + wait_s
+    while not os.path.exists(path) and time.monotonic() < end_s:
+        time.sleep(0.01)
+    rate = {"timing": can.BitTimingFd.from_sample_point(80_000_000, BITRATE, 80.0, DATA_BITRATE, 80.0)} if fd else {"bitrate": BITRATE}
+    try:
+        return Adapter(path, **rate)
+    except (can.CanError, serial.SerialException, OSError, ValueError) as error:
+        raise LinkError("%s is no CAN adapter that can be opened (%s): give the serial port of one that speaks SLCAN" % (
+            path, error)) from None

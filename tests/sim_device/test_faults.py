@@ -1,0 +1,128 @@
+# The text of --faults: what it means, and one sentence for what means nothing; the sensors that fail.
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sim_device import cli
+from sim_device.faults import KINDS, SENSORS, FaultError, SensorFault, parse
+from sim_device.sensors.faulty import FaultySensors
+from tests.sim_device.faulty_mission import CORE, Outcome, calm, mission
+
+FULL = """drop=0.1,flip=0.01,dup=0.05   # of each frame
+reorder=0.05, delay=20ms:0.5, drop@down=12, flip@up=40:97
+cut@step=500:2s, reset@step=900, delay@up=7:1.5ms
+uwb=off@step=300:200, infrared=stuck, encoder=slow@step=7
+"""
+
+
+def test_every_item_is_read(tmp_path):
+    (tmp_path / "f").write_text(FULL)
+    for text in (FULL, "@%s" % (tmp_path / "f")):
+        plan = parse(text)
+        assert plan.chances == {"drop": 0.1, "flip": 0.01, "dup": 0.05, "reorder": 0.05, "delay": 0.5} and plan.delay_s == 0.02
+        assert plan.frames == {("down", 12): [("drop", None)], ("up", 40): [("flip", 97)], ("up", 7): [("delay", 0.0015)]}
+        assert plan.events == {("step", 500): [("cut", 2.0)], ("step", 900): [("reset", None)]}
+        assert plan.sensors == [SensorFault("uwb", "off", 300, 500), SensorFault("infrared", "stuck"), SensorFault("encoder", "slow", 7)]
+        assert plan.of_the_link
+    assert not parse("uwb=off").of_the_link and not parse("drop=0").of_the_link
+
+
+@pytest.mark.parametrize("text, words", [
+    ("drop=2", "drop=2: 2 is no probability"), ("drop=", "nothing is no probability"), ("drop=-0.1", "no probability"),
+    ("flip", "flip is unknown; give items like"), ("shake=0.1", "is unknown"), ("drop@left=3", "is unknown"), ("cut=2s", "is unknown"),
+    ("delay=20", "20 is no time; give one like 20ms"), ("delay=20ms:2", "no probability"), ("cut@step=5", "nothing is no time"),
+    ("flip@up=3:9999", "9999 is no whole number from 0 to 863"), ("drop@up=3:4", "leave out :4"), ("reset@step=x", "x is no whole number"),
+    ("reset@step=9999999999", "no whole number"), ("uwb=loud", "loud is no fault of a sensor; there are off, stuck"),
+    ("uwb=off@step=", "nothing is no whole number"), ("uwb=off@step=3:x", "x is no whole number"), ("sonar=off", "is unknown"),
+    ("power@byte=123", "not built yet"), ("@/nowhere/f", "cannot be read"), ("@/", "cannot be read"),
+])
+def test_what_means_nothing_is_said_in_one_sentence(text, words, capsys):
+    with pytest.raises(FaultError, match="--faults"):
+        parse(text)
+    assert cli.main(["studio", "--core", CORE, "--faults", text]) == cli.EXIT_BAD_INPUT
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and words in said[0]
+
+
+@given(st.text(max_size=40))
+def test_no_text_is_a_traceback(text):
+    try:
+        parse(text.removeprefix("@"))
+    except FaultError as error:
+        assert "--faults" in str(error)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path):
+    (tmp_path / "f").write_bytes(b"\xff\xfe\0\x80")
+    with pytest.raises(FaultError, match="it is no text"):
+        parse("@%s" % (tmp_path / "f"))
+
+
+# A robot that counts: every sensor says its tick.
+class Counting:
+    anchors = [(0, 0, 0)] * 3
+
+    def sense(self, values):
+        tick = values[0]
+        values[1:3] = values_of(values, [tick % 20, tick % 20])
+        values[3:11] = values_of(values, [tick % 1000] * 8)
+        values[11] = 100 + tick % 1000 if tick % 3 == 0 else 0
+        values[13:17] = values_of(values, [1, 2, -5000 - tick, 1000 + tick] if tick % 5 == 0 else [0, 0, 0, 0])
+
+
+def values_of(values, numbers):
+    return type(values)(numbers)
+
+
+def sensed(faults, ticks=100):
+    robot = FaultySensors(Counting(), parse(faults).sensors, 1)
+    rows = []
+    for tick in range(1, ticks + 1):
+        values = [tick] + [0] * 95
+        robot.sense(values)
+        rows.append(values)
+    return rows
+
+
+TRUE = sensed("")
+PLACES = {"encoder": slice(1, 3), "infrared": slice(3, 11), "ultrasonic": slice(11, 12), "uwb": slice(13, 17)}
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_fault_of_each_sensor_spoils_that_one_in_its_time(sensor, kind):
+    rows = sensed("%s=%s@step=31:40" % (sensor, kind))
+    place = PLACES[sensor]
+    for row, true in zip(rows, TRUE):
+        for other in SENSORS:
+            if other != sensor or not 31 <= row[0] < 71:
+                assert row[PLACES[other]] == true[PLACES[other]]
+    got, true = [row[place] for row in rows[30:70]], [row[place] for row in TRUE[30:70]]
+    assert got != true
+    said = [value for value in got if value[0]]
+    if kind == "off":
+        assert not said
+    elif kind == "stuck":
+        assert len({tuple(value) for value in said}) == 1
+    elif kind == "delayed":
+        assert got[10:] == true[:30]
+    elif kind == "slow":
+        assert len({tuple(value) for value in said}) <= 9
+    elif kind == "intermittent":
+        assert all(value in (same, [0] * len(same)) for value, same in zip(got, true))
+    assert sensed("%s=%s@step=31:40" % (sensor, kind)) == rows, "it is seeded"
+
+
+def test_what_slow_wheels_turn_is_told_later_and_none_of_it_is_lost():
+    rows = sensed("encoder=slow@step=1:100")
+    assert sum(row[1] for row in rows) == sum(row[1] for row in TRUE)
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_with_any_sensor_failing_the_core_goes_on(sensor):
+    for kind in KINDS:
+        got = mission(faults="%s=%s@step=50:100" % (sensor, kind), steps=300)
+        assert isinstance(got, Outcome) and got.session.step == 300 and got.session.status.heap_locked == 0
+    assert not mission(faults="encoder=wrong", steps=300).same_as(calm(steps=300))
