@@ -38,7 +38,8 @@ class SensorFault:
     end: int = FOR_EVER
 
 
-# chances: {kind: probability}. frames: {(way, number): [(kind, bit or seconds)]}, numbers from 1. events: {(where, number): [(kind, seconds)]},
+# chances: {kind: probability}. frames: {(way, number): [(kind, bit or seconds)]}, numbers from 1.
+# events: {(where, number): [(kind, seconds)]},
 # where one of step, down, up.
 @dataclass
 class Plan:

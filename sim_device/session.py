@@ -31,8 +31,9 @@ _PARAM_STATUS = {
 # Owns nothing that must be closed: pty, taps and files are the caller's. run()
 # returns the end event (a dict) of a mission that came to an end of its own, by
 # the time limit or by stop(); it raises PeerError where the core failed. What
-# was learnt until then is in summary(). A core that starts anew begins its mission anew, where the robot stands. `stop` counts requests to end: the first ends the
+# was learnt until then is in summary(). `stop` counts requests to end: the first ends the
 # mission, the second also what is asked afterwards. `truth` gets the true pose of every step.
+# A core that starts anew begins its mission anew, where the robot stands.
 class Session:
     def __init__(self, pty, taps, robot, report, log=None, truth=None, settings=None,
                  realtime=False, max_robot_s=14400.0, stop=lambda: 0):

@@ -82,7 +82,8 @@ def campaign(frames, seed):
 def test_no_hit_frame_is_accepted_as_another(frames):
     start_s = time.monotonic()
     counts, causes = campaign(frames, 5)
-    print(counts, {cause: causes[cause] for cause in (fr.BAD_COBS, fr.BAD_CRC, fr.BAD_LENGTH, fr.OVERRUN)}, round(time.monotonic() - start_s, 1), "s")
+    by_cause = {cause: causes[cause] for cause in (fr.BAD_COBS, fr.BAD_CRC, fr.BAD_LENGTH, fr.OVERRUN)}
+    print(counts, by_cause, round(time.monotonic() - start_s, 1), "s")
     assert counts["accepted wrong"] == 0 and counts["intact ones lost"] == 0
     assert counts["hit"] >= frames and counts["unharmed"] < 0.2 * frames
     assert all(causes[cause] == 65535 for cause in (fr.BAD_COBS, fr.BAD_CRC))

@@ -10,8 +10,9 @@ import pytest
 
 COPIED = ("protocol", "firmware_py", "sim_device", "tests", "pyproject.toml")
 READER, LINK, WINDOW = "protocol/frame_reader.py", "protocol/link.py", "protocol/host_window.py"
-FRAMES, RELIABLE, HANDSHAKE, DEVICE = (
-    "tests/protocol/test_frame_reader.py", "tests/protocol/test_reliable.py", "tests/protocol/test_link.py", "tests/firmware_py/test_device.py")
+FRAMES, RELIABLE, HANDSHAKE = (
+    "tests/protocol/test_frame_reader.py", "tests/protocol/test_reliable.py", "tests/protocol/test_link.py")
+DEVICE = "tests/firmware_py/test_device.py"
 
 MUTANTS = {
     "CRC: half of it": (READER, " or crc[1] != buf[end + 2] | buf[end + 3] << 8", "", FRAMES),
