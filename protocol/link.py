@@ -53,7 +53,8 @@ class Link:
     # by the link itself: message_id is 0 and tx_len is not.
 
     def __init__(self, boot_id):
-        self.tx = self._told = bytearray(WIRE_MAX)
+        self._told = bytearray(WIRE_MAX)
+        self.tx = self._told
         self.kept = (bytearray(WIRE_MAX), bytearray(WIRE_MAX))
         self._kept_len = bytearray(_WINDOW_UP)
         self.tx_len = 0
@@ -95,7 +96,8 @@ class Link:
         # -> tx_len, 0 if the message does not fit its schema (our own bug; nothing is sent)
         answers = self._owed and FLAGS[PLACE[message_id]] & 2
         place = self._ack & 1
-        tx = self.tx = self.kept[place] if answers else self._told
+        tx = self.kept[place] if answers else self._told
+        self.tx = tx
         end = encode_into(message_id, self.out, tx, _BODY, items)
         if end < 0:
             self.tx_len = 0
