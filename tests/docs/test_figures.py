@@ -38,8 +38,8 @@ def test_the_worst_seed_is_told(results):
     results["tof"][2] = result(localisation__estimate=error, map__precision_5cm=0.93)
     results["unix"][2] = result(memory__allocated_after_boot_bytes=16)
     cells = figures.row("home", results)
-    assert cells == ("home", "12 of 12", "1.0 cm", "1.5 cm", "1.0 cm", "0.980 / 0.910", "0.930 / 0.970", "0.990", "4-5 / 5", "4", "1.30", "61",
-                     "16 B", "yes")
+    assert cells == ("home", "12 of 12", "1.0 cm", "1.5 cm", "1.0 cm", "0.980 / 0.910", "0.930 / 0.970", "0.990", "4-5 / 5", "4", "1.30",
+                     "61", "16 B", "yes")
     assert len(cells) == len(figures.HEAD)
 
 
