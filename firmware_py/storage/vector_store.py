@@ -67,7 +67,7 @@ class VectorStore:
         # x, y in map units. False when a store is full or no chain is open.
         c = self.chains - 1
         if c >= 0 and self.counts[c] == 255:
-            if not self.open_chain(self.kinds[c]):
+            if self.used == VECTORS_MAX or not self.open_chain(self.kinds[c]):
                 self.lost = (self.lost + 1) & 0xFFFF
                 return False
             c += 1
