@@ -87,11 +87,12 @@ def fig6(plan, done, folder):
     for method, label in METHODS.items():
         values = [np.nan if value is None else value for value in main[method]]
         if not np.isnan(values).all():
-            axes.plot(range(1, len(values) + 1), values, "o-", color=COLORS[method], linewidth=1, markersize=4,
+            # Two filters that agree lie on each other: the later one is dashed.
+            axes.plot(range(1, len(values) + 1), values, "o--" if method == "ukf" else "o-", color=COLORS[method], linewidth=1, markersize=4,
                       label="%s (%.1f cm)" % (label, mean(main[method])))
     axes.axhline(published.MEAN_CM, color=PAPER_COLOR, linewidth=1, linestyle="--", label="the paper's method (5 cm)")
     axes.set_yscale("log")
-    _finish(axes, "run", "mean error of 20 stops in cm", max(len(each) for each in main.values()))
+    _finish(axes, "run", "mean error of 20 stops in cm", max(len(each) for each in main.values()), columns=3)
     save(figure, os.path.join(folder, section.picture))
     return section
 
@@ -106,11 +107,17 @@ def missing_peers(figures):
         library, " and ".join(sorted(names)) + (" were" if len(names) > 1 else " was")) for library, names in sorted(methods.items())]
 
 
-def _finish(axes, across, up, count):
+def _finish(axes, across, up, count, columns=2):
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
     axes.set_xlabel(across, fontsize=9)
     axes.set_ylabel(up, fontsize=9)
     axes.set_xticks(range(1, max(count, 1) + 1))
-    if axes.get_yscale() != "log":
+    if axes.get_yscale() == "log":
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+    else:
         axes.set_ylim(bottom=0)
     axes.grid(axis="y", color="#e5e7eb", linewidth=0.6)
-    axes.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=3)
+    axes.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=columns)

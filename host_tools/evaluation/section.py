@@ -8,7 +8,7 @@ from host_tools.evaluation.run import Run
 
 # (uwb, odometry); the first is the paper's own premise.
 PRESETS = (("paper", "calibrated"), ("tof", "poor"), ("rssi_real", "poor"))
-BESIDE = 5     # one run of another mode or preset for so many main ones
+BESIDE = 10    # one run of another mode or preset for so many main ones
 NINE = 9       # runs of Fig. 6
 METHODS = {"estimate": "this core", "paper_rule": "paper's rule", "ekf": "EKF (filterpy)", "ukf": "UKF (filterpy)",
            "batch": "batch optimum (gtsam)", "uwb_only": "UWB alone", "dead_reckoning": "dead reckoning"}

@@ -7,9 +7,9 @@ from host_tools.peers.kalman import usable
 from host_tools.peers.odometry_steps import events, pieces
 
 LEVEL_MIN_M = 0.5   # nearer below a transmitter a slant range says little of the place
-HUBER, TUKEY = 1.345, 4.685  # standard deviations of one range
+HUBER, TUKEY = 1.345, 4.685  # standard deviations of such a mean
 RANGES_MAX = 8      # of a report: weaker ones add little
-TOGETHER = 5        # reports, half a second of them, that make one pose: ten times faster than one by one, the same to 1 mm
+TOGETHER = 5        # reports, half a second of them, that make one pose: far faster than one by one, and as good to 1 mm
 DOCK = (0.01, 0.01, 0.01)
 
 
@@ -32,9 +32,7 @@ def optimum(mission, rows, guess=None):
         poses.insert(i, gtsam.Pose2(x, y, local[every[i], 2]))
     estimators = gtsam.noiseModel.mEstimator
     # Tukey leaves out what came through walls, but finds the way from near by only.
-    losses = [estimators.Tukey.Create(TUKEY * TOGETHER ** 0.5)]
-    if guess is None:
-        losses.insert(0, estimators.Huber.Create(HUBER * TOGETHER ** 0.5))
+    losses = [estimators.Tukey.Create(TUKEY)] if guess is not None else [estimators.Huber.Create(HUBER), estimators.Tukey.Create(TUKEY)]
     for loss in losses:
         graph = _odometry(gtsam, local[0], moved, deviation)
         _add_anchors(gtsam, graph, poses, mission.anchors, len(every))

@@ -104,7 +104,10 @@ def test_more_corners_than_nodes_are_counted():
     assert path(way, (300, 300), (15700, 13700)) is not None
 
 
-@pytest.mark.parametrize("far", [32767 * 5, 100_000])
-def test_a_map_of_any_size_raises_nothing(far):
+@pytest.mark.parametrize("far", [10_000, 50_000, 60_000, 100_000, 32767 * 5])
+def test_on_a_map_of_any_size_there_are_ways_of_up_to_55_m_at_a_stretch(far):
     way = planner((4, [(-far, -far), (far, -far), (far, far), (0, far), (0, 0), (-far, 0)]))
-    assert path(way, (-far + 1000, -far + 1000), (far - 1000, far - 1000)) is None or way.length_cm > 0
+    corner = (190, -195)
+    assert path(way, (-2000, -300), (300, 2000)) == [corner, (300, 2000)]
+    goal = (far - 1000, far - 1000)
+    assert path(way, (1000 - far, 1000 - far), goal) == ([corner, goal] if far < 55_000 else None)

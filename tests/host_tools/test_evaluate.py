@@ -31,11 +31,11 @@ def home(tmp_path):
     return str(path)
 
 
-def figures(run, error_cm=2.0, finished=True):
+def figures(run, error_cm=2.0, finished=True, robot_s=3000.0):
     result = empty_result("small", {"target": "cpython", "link": "memory"} | run.asdict())
     result |= {"finished": finished, "reason": "outline closed" if finished else "robot time limit"}
     result["map"] |= {"vectors": 400, "ram_bytes": 3000, "stored_bytes": 1200, "precision_5cm": 0.98, "recall_5cm": 0.97, "iou_free": 0.99}
-    result["time"]["robot_s"] = 3000.0
+    result["time"]["robot_s"] = robot_s
     result["localisation"]["estimate"] = {"mean_cm": error_cm, "p95_cm": 2 * error_cm, "max_cm": 3 * error_cm}
     error = {method: [error_cm * (1 + i)] * 20 for i, method in enumerate(METHODS)}
     return {"run": run.asdict(), "result": result, "stops": {"true_xy": PLACES, "error_cm": error}, "missing": {},
@@ -104,15 +104,36 @@ def test_what_is_not_installed_is_named_and_not_measured(home, tmp_path):
     assert note.startswith("gtsam is not installed") and "tvslam[evaluate]" in note
 
 
-def test_a_vector_map_is_timed_by_the_core_without_topology_or_not_at_all(home, tmp_path, monkeypatch):
+def test_a_vector_map_is_timed_by_the_core_without_ways_which_may_fail(home, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "out"
+    plan = kept_evaluation(home, out, [table2.table2])
+    run = table2.without_ways(plan)
+    keep(plan.folder, run, finished=False, robot_s=3900.0)
+    assert cli.main(["evaluate", "--figures", "table2", "--out", str(out), "--home", home]) == 0
+    said = capsys.readouterr().out
+    assert "3503.4 | 3900.0 |" in said and "The mission without ways did not finish (robot time limit)" in said
+    folder = larger_core(dict(run.limits), str(tmp_path / "core"))
+    argv = [sys.executable, "-c", "from firmware_py.building import way; print(way._LONGEST)"]
+    assert subprocess.run(argv, cwd=folder, env=os.environ | {"PYTHONPATH": os.getcwd()}, capture_output=True, text=True,
+                          check=True).stdout.split() == ["0"]
+
+
+def test_the_topologys_share_of_the_bytes(home, tmp_path):
     plan = Plan(home, (1,), str(tmp_path))
-    monkeypatch.setattr(table2, "FLAGS", FLAGS[:1])
-    done = {run: figures(run) for run in evaluate.runs_for(plan, [table2.table2])}
-    section = table2.table2(plan, done, str(tmp_path))
-    assert any("vector map's time was not measured" in note for note in section.notes)
-    monkeypatch.setattr(table2, "FLAGS", (*FLAGS[:1], (table2.NO_TOPOLOGY, 1, "")))
-    done = {run: figures(run) for run in evaluate.runs_for(plan, [table2.table2])}
-    assert table2.table2(plan, done, str(tmp_path)).data["robot_s"]["vector"] == 3000.0
+    run = plan.main()[0]
+    result = figures(run)["result"]
+    assert table2.topology_bytes(result) is None and table2.stored_topology_bytes(plan, run) is None
+    result["map"]["regions"] = 2
+    result["memory"]["stores"] = {name: {"used": 2, "capacity": 4, "bytes": 40} for name in ("vectors", *table2.TOPOLOGY)}
+    assert table2.topology_bytes(result) == 60
+    keep(plan.folder, run)
+    for topology in (True, False):
+        data = encode_records(a_map(topology))
+        with open(os.path.join(plan.folder, run.key, "map.bin"), "wb") as file:
+            file.write(data)
+        share = table2.stored_topology_bytes(plan, run)
+        assert share is None if not topology else 0 < share == len(data) - len(encode_records(a_map(False)))
 
 
 def test_deviations_are_those_of_the_errors_about_their_mean():
