@@ -88,7 +88,8 @@ def fig6(plan, done, folder):
         values = [np.nan if value is None else value for value in main[method]]
         if not np.isnan(values).all():
             # Two filters that agree lie on each other: the later one is dashed.
-            axes.plot(range(1, len(values) + 1), values, "o--" if method == "ukf" else "o-", color=COLORS[method], linewidth=1, markersize=4,
+            style = "o--" if method == "ukf" else "o-"
+            axes.plot(range(1, len(values) + 1), values, style, color=COLORS[method], linewidth=1, markersize=4,
                       label="%s (%.1f cm)" % (label, mean(main[method])))
     axes.axhline(published.MEAN_CM, color=PAPER_COLOR, linewidth=1, linestyle="--", label="the paper's method (5 cm)")
     axes.set_yscale("log")

@@ -103,7 +103,8 @@ def _vectors(axes, drawn):
 
 
 def _legend(axes):
-    axes.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
 
 
 def _middle(corners):

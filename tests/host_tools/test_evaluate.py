@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from array import array
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from host_tools.evaluation import ablation, growth, localisation, pool, table2
 from host_tools.evaluation.larger_core import larger_core
 from host_tools.evaluation.run import FIGURES, Run, kept
 from host_tools.evaluation.section import METHODS, Plan
+from host_tools.map_file import Records, encode_records
 from host_tools.result import empty_result
+from protocol.map_code import ABOUT, EDGES
 from protocol.parameters import FLAGS
 from sim_device.home import HOMES
 from tests.host_tools.test_hil_mission import SMALL, hil
@@ -40,6 +43,20 @@ def figures(run, error_cm=2.0, finished=True, robot_s=3000.0):
     error = {method: [error_cm * (1 + i)] * 20 for i, method in enumerate(METHODS)}
     return {"run": run.asdict(), "result": result, "stops": {"true_xy": PLACES, "error_cm": error}, "missing": {},
             "grid": {"bytes": 256000, "precision_5cm": 0.9, "recall_5cm": 0.9, "robot_s": 7000.0}}
+
+
+def a_map(topology):
+    """A triangle, and if asked for one region with two turning nodes and the edge between."""
+    records = Records(3, 1, *(1, 2, 1) if topology else ())
+    for i, (x, y) in enumerate([(0, 0), (200, 0), (0, 200)]):
+        records.xs[i], records.ys[i] = x, y
+    records.counts[0] = 3
+    if topology:
+        records.regions[:] = array("H", [0, 3, 50, 2 | 1 << 8, 0, 0])
+        records.shared[:4] = array("H", [20, 40, 60, 40])
+        records.shared[ABOUT:ABOUT + 2] = array("H", [1 << 8, 1])
+        records.shared[EDGES] = 1 | 4 << 8
+    return records
 
 
 def keep(folder, run, **changes):
