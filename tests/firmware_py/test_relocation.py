@@ -59,7 +59,7 @@ class Carried:
         return None
 
 
-@pytest.mark.parametrize("place, tenths", [((600, 4466), 8), ((7400, 5500), -31), ((1500, 3500), 16), ((6000, 5000), 0), ((3000, 5200), -12)])
+@pytest.mark.parametrize("place, tenths", [((600, 4466), 8), ((7400, 5500), -31), ((1500, 3500), 16), ((6000, 5000), 0)])
 def test_it_finds_place_and_heading_wherever_it_was_put(place, tenths):
     carried = Carried(WatchedTvslam, noise_mm=20)
     carried.run(100)
