@@ -10,7 +10,7 @@ from pathlib import Path
 PROJECT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(PROJECT))
 
-from firmware_py.collection.follower import _LINEAR, Follower  # noqa: E402
+from firmware_py.collection.follower import LINEAR, Follower  # noqa: E402
 from firmware_py.storage.hit_ring import HitRing  # noqa: E402
 
 HITS_MM = [(x, -205) for x in range(-200, 251, 50)] + [(255, y) for y in range(-180, 241, 50)]
@@ -26,7 +26,7 @@ def decided():
     follower = Follower(ring)
     follower.look(0, 0, 0, WINDOW_BAM)
     heading = follower.solve()
-    follower._scan(follower.disc_mm, _LINEAR)  # its sectors again: solve() tried a narrower disc last
+    follower._scan(follower.disc_mm, LINEAR)  # its sectors again: solve() tried a narrower disc last
     return follower, degrees(heading)
 
 

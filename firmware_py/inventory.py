@@ -1,10 +1,11 @@
 # Every store and buffer of the running core, with what it holds and what it costs.
 
-from .limits import CHAINS_MAX, RX_BYTES
+from .limits import CHAINS_MAX, EDGES_MAX, NODES_MAX, REGIONS_MAX, RX_BYTES
 
 _NAMES = (
-    b"vectors", b"chains", b"hits", b"near hits", b"points", b"breadcrumbs", b"parameters", b"map checksum",
+    b"vectors", b"chains", b"hits", b"near hits", b"points", b"breadcrumbs", b"parameters", b"map bytes",
     b"rx buffer", b"rx frame", b"tx frame", b"kept answer", b"values", b"link counts",
+    b"regions", b"nodes", b"edges",
 )
 STORES = len(_NAMES)
 
@@ -53,8 +54,14 @@ class Inventory:
             self._buffer(len(link.kept))
         elif index == 12:
             self._buffer(4 * len(link.values))
-        else:
+        elif index == 13:
             self._buffer(4 * len(link.counters))
+        elif index == 14:
+            self._put(core.graph.region_count, REGIONS_MAX, 12, core.graph.lost)
+        elif index == 15:
+            self._put(core.graph.node_count, NODES_MAX, 6, 0)
+        else:
+            self._put(core.graph.edge_count, EDGES_MAX, 2, 0)
 
     def _store(self, store):
         self._put(store.used, store.CAPACITY, store.RECORD_BYTES, store.lost)

@@ -1,22 +1,33 @@
 # The whole SLAM: owns the storage, runs the layers once a step. The only file that joins them.
 
 from .building.closure import Closure
-from .building.outline import Outline, CLOSING, ISLAND, STRAY, DONE as OUTLINE_DONE
+from .building.outline import Outline, CLOSING, ISLAND, STRAY, STALE, DONE as OUTLINE_DONE
+from .building.partition import Partition
+from .building.sight import Sight
+from .building.tidy import Tidy
+from .building.topology import Topology
 from .building.walls import WallMapper
+from .building.way import Way
 from .collection.explorer import Explorer
 from .collection.follower import Follower
 from .collection.infrared import Infrared
 from .collection.ir_state import IrState
+from .collection.landmarks import Landmarks
 from .collection.localization import Localization
 from .collection.odometry import Odometry
-from .collection.states import CORNER_IN, CORNER_OUT, FOLLOW, BUILD, FAILED, DONE
+from .collection.relocation import Relocation, FOUND, SEEKING
+from .collection.search import Search
+from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST
+from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
 from .parameters import Parameters
+from .storage.barrier_list import BarrierList
 from .storage.breadcrumbs import Breadcrumbs
 from .storage.frame import Frame
 from .storage.hit_ring import HitRing
 from .storage.map_image import MapImage
-from .storage.point_ring import PointRing, CONVEX, CONCAVE, SHORT
+from .storage.point_ring import PointRing
+from .storage.region_graph import RegionGraph
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
@@ -26,9 +37,12 @@ _REASON_NO_WALL = const(2)
 _REASON_STORE_FULL = const(3)
 _REASON_STUCK = const(4)
 _REASON_TOO_LONG = const(5)
+_REASON_LOST = const(6)
 # STATUS_RSP.degraded: which store ran full
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
+DEGRADED_TOPOLOGY = 4
+DEGRADED_SEARCH = 8
 
 _IR = const(3)               # where things stand in the values of a STEP
 _SONAR = const(11)
@@ -36,10 +50,10 @@ _BUMP = const(12)
 _UWB = const(13)
 _SIDE = const(5)             # I6, the mapping beam
 _SIDE_MAX_MM = const(250)
-_FIX_MM = const(100)         # two fixes are at least that far apart
-_FIX_EVERY_MM = const(1500)
 _PAST_MM = const(1000)
-_PATH_MAX_MM = const(1500000)
+_STRIFE = const(20)          # reports that contradict the estimate: 2 s
+_ROOM_MM = const(10)         # beside the body, on a way of the topology
+_PATH_MAX_MM = const(1500000)   # along one outline; then from one target to the next, of which there are so many and no more
 
 # bits of parameter `flags`, protocol/parameters.py
 _MIDPOINT = const(1)
@@ -49,6 +63,12 @@ _SPREAD = const(8)
 _DISTANCE_FIXES = const(16)
 _WEIGHTED = const(32)
 _EQ1_LITERAL = const(64)
+_FILTER = const(128)
+_CALIBRATE = const(256)
+_MANHATTAN = const(512)
+_LANDMARKS = const(1024)
+_SHADOWING = const(2048)
+_KIDNAP = const(4096)
 
 
 class Tvslam:
@@ -69,15 +89,21 @@ class Tvslam:
         self.degraded = 0
         self._flags = 0
         self._threshold_mm = 160
-        self._last_fix_mm = 0
-        self._last_corners = 0
-        self._last_state = 0
-        self._last_generation = 0
+        self._since_mm = 0
+        self._stage = 0       # of the building
+        self._margin = 36
         self.vectors = VectorStore()
         self.hits = HitRing()
         self.points = PointRing()
         self.crumbs = Breadcrumbs()
-        self.image = MapImage(self.vectors)
+        self.sight = Sight(self.vectors)
+        self.graph = RegionGraph()
+        self.tidy = Tidy(self.vectors)
+        self.partition = Partition(self.vectors, self.sight, self.graph)
+        self.topology = Topology(self.vectors, self.sight, self.graph, self.partition)
+        self.way = Way(self.vectors, self.sight, self.graph, self.topology)
+        self.search = Search(self.vectors, self.sight, BarrierList(), self.way, self.graph.shared)
+        self.image = MapImage(self.vectors, self.graph, self.crumbs)
         self.frame = Frame()
         self.tally = Tally()
         self.parameters = Parameters()
@@ -85,12 +111,17 @@ class Tvslam:
         self.uwb = Uwb()
         self.localization = Localization(self.odometry, self.uwb, self.frame)
         self.infrared = Infrared(self.hits)
+        self.landmarks = Landmarks(self.vectors, self.sight, self.infrared, self.frame)
         self.directions = IrState()
         self.follower = Follower(self.hits)
-        self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower)
+        self.explorer = Explorer(self.odometry, self.hits, self.infrared, self.directions, self.follower,
+                                 self.localization)
+        self.relocation = Relocation(self.odometry, self.uwb, self.localization, self.hits, self.infrared, self.follower,
+                                     self.explorer)
         self.walls = WallMapper(self.vectors, self.frame)
+        self.turning_points = TurningPoints(self.points, self.walls, self.localization)
         self.closure = Closure(self.vectors)
-        self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure)
+        self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure, self.sight)
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
@@ -102,16 +133,22 @@ class Tvslam:
         flags = p.of("flags")
         if p.of("mode"):
             flags &= _EQ1_LITERAL
+        if not flags & _FILTER:
+            flags &= ~_KIDNAP
         self._flags = flags
         track_um = p.of("track")
         self.odometry.begin(p.of("dock_x"), p.of("dock_y"), p.of("dock_heading"), p.of("wheel_diameter"),
-                            track_um // 2 if flags & _EQ1_LITERAL else track_um, p.of("pulses_per_turn"),
-                            flags & _MIDPOINT)
+                            track_um // 2 if flags & _EQ1_LITERAL else track_um, p.of("pulses_per_turn"), flags & _MIDPOINT)
         self.infrared.begin(p.of("ir_radius"), p.values, p.first("ir_bearing"))
         self.explorer.begin(p.of("body_radius"), p.of("wall_gap"), p.of("speed_max"), p.of("turn_max"), track_um)
-        self.uwb.begin(p, flags & _WEIGHTED)
-        self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED)
+        self.uwb.begin(p, flags & _WEIGHTED, flags & _FILTER)
+        self.localization.begin(p.of("fix_distance"), p.of("fix_angle"), flags & _WEIGHTED, flags & _FILTER,
+                                flags & _CALIBRATE, flags & _MANHATTAN, flags & _SHADOWING)
+        self.relocation.begin(p)
+        self.landmarks.on = flags & _LANDMARKS and flags & _FILTER
+        self.turning_points.between = flags & _DISTANCE_FIXES
         self.walls.begin(flags & _CORNERS)
+        self._margin = (p.of("body_radius") + _ROOM_MM) // 5
         self.outline.spread = flags & _SPREAD != 0
         self._threshold_mm = p.of("ir_threshold")
 
@@ -124,32 +161,80 @@ class Tvslam:
         y_mm = o.y_um // 1000
         self.infrared.update(values, _IR, x_mm, y_mm, o.heading_bam, self.tick)
         self.directions.update(self.infrared.ranges_mm, self._threshold_mm)
-        self.localization.update(values, _UWB)
-        e.step(self.tick, values[_SONAR], values[_BUMP])
+        if e.state == LOST:
+            self._relocate(values)
+        else:
+            self.localization.update(values, _UWB)
+            if self.uwb.strife >= _STRIFE and self._flags & _KIDNAP and (e.state < BUILD or e.state == BUMP or e.state == STUCK):
+                self._lose()
+            else:
+                e.step(self.tick, values[_SONAR], values[_BUMP])
         if e.started:
-            self.outline.begin(o.path_mm, o.turn_bam)
+            self.outline.begin(o.path_mm, self.localization.turn_bam)
         elif e.abandoned:
             self.outline.abandon()
+        if e.inside:
+            self._look_inside(values[_SONAR])
         if e.mapping:
             self._map(x_mm, y_mm)
         if e.state == BUILD:
-            if self.outline.build():
+            if self._build():
                 e.end(DONE)
         elif e.state == FAILED and not self.reason:
-            self._end(_REASON_STUCK, False)
-        elif o.path_mm > _PATH_MAX_MM and e.state < BUILD:
-            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, False)
+            self._end(_REASON_STUCK, e.inside)  # what is known of the home is built all the same
+        elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:
+            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, e.inside)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
         self.ir_state = self.directions.state
-        self._mix()
+        self.tally.step(self)
+
+    def _lose(self):
+        # The robot was carried away. Of the barrier that it followed nothing counts: where that would go on nobody knows.
+        e = self.explorer
+        if e.mapping:
+            self.outline.abandon()
+        e.started = False
+        e.abandoned = False
+        self.search.forget()
+        e.end(LOST)
+        self.relocation.lose()
+
+    def _relocate(self, values):
+        said = self.relocation.step(values, _UWB, self.tick, values[_SONAR], values[_BUMP])
+        if said == FOUND:
+            self.explorer.leave()
+        elif said != SEEKING:
+            self._end(_REASON_LOST, self.explorer.inside)
+
+    def _build(self):
+        # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
+        if self._stage == 0:
+            if self.outline.settled() and self.tidy.step():
+                self.partition.begin()
+                self._stage = 1
+        elif self._stage == 1:
+            if self.partition.step():
+                self.topology.begin(self._margin)
+                self._stage = 2
+        elif self._stage == 2:
+            if self.topology.step():
+                self._stage = 3
+                if self.graph.lost:
+                    self.degraded |= DEGRADED_TOPOLOGY
+        elif self.outline.build():
+            self.tally.mix(self.image.crc[0])
+            self.tally.mix(self.image.crc[1])
+            return True
+        return False
 
     def _map(self, x_mm, y_mm):
         e = self.explorer
         o = self.odometry
-        self._turning_point(e.state)
+        self.turning_points.visit(e.state, o.path_mm)
         if self.infrared.ranges_mm[_SIDE] < _SIDE_MAX_MM:
+            self.localization.wall(self.infrared.hit_x[_SIDE], self.infrared.hit_y[_SIDE])
             if self._flags & _WALL_OFFSET:
                 x_mm = self.infrared.hit_x[_SIDE]
                 y_mm = self.infrared.hit_y[_SIDE]
@@ -157,11 +242,17 @@ class Tvslam:
             self.outline.add(x_mm, y_mm, self.frame.x, self.frame.y)
         if e.arcing:
             return  # no wall here: no loop can close
-        came = self.outline.visit(self.localization, o.path_mm, o.turn_bam)
+        came = self.outline.visit(self.localization, o.path_mm, self.localization.turn_bam)
         if came == CLOSING:
             e.closing = True
         elif came == OUTLINE_DONE:
-            self._end(_REASON_CLOSED, True)
+            self.outline.finish()
+            self.localization.closed(self.closure.x_mm, self.closure.y_mm)
+            e.inside = True
+            e.leave()
+        elif came == STALE:
+            self.outline.give_up()
+            e.leave()
         elif came == STRAY:
             e.be_wary(self.outline.loop_mm + _PAST_MM)
         elif came == ISLAND:
@@ -169,27 +260,28 @@ class Tvslam:
         elif self.vectors.lost or self.vectors.chains_lost:
             self._end(_REASON_STORE_FULL, True)
 
-    def _turning_point(self, state):
-        # A point (Paper eq. 5) where the direction changes, and with it a fix; a fix each 1.5 m besides.
-        o = self.odometry
-        here = self.localization
-        far = o.path_mm - self._last_fix_mm
-        kind = -1
-        if state != self._last_state:
-            if state == CORNER_IN:
-                kind = CONVEX
-            elif state == CORNER_OUT:
-                kind = CONCAVE
-            self._last_state = state
-        if self.walls.corners != self._last_corners:
-            self._last_corners = self.walls.corners
-            if kind < 0 and state == FOLLOW:
-                kind = SHORT
-        if kind >= 0:
-            self.points.add(here.x_mm // 5, here.y_mm // 5, here.heading_bam, kind)
-        if (kind >= 0 and far > _FIX_MM) or (far > _FIX_EVERY_MM and self._flags & _DISTANCE_FIXES):
-            self._last_fix_mm = o.path_mm
-            here.fix()
+    def _look_inside(self, sonar_mm):
+        # The outline is known. What else stands here?
+        e = self.explorer
+        s = self.search
+        if e.state == SELECT:
+            self._since_mm = self.odometry.path_mm
+            self.turning_points.visit(SELECT, self.odometry.path_mm)
+            if self.outline.settled() and s.select(e, self.localization):
+                self._end(_REASON_CLOSED, True)
+            return
+        if e.state > SWEEP:
+            return
+        j = self.tick & 7
+        if j == 0:
+            s.passing(self.localization)
+        if not e.mapping:
+            self.turning_points.visit(e.state, self.odometry.path_mm)
+        if self.landmarks.on:
+            self.landmarks.look(self.localization, self.odometry.path_mm, -1 if e.mapping else j, sonar_mm)
+        if self.infrared.ranges_mm[j] < _SIDE_MAX_MM and not (e.mapping and j == _SIDE):
+            self.frame.put(self.infrared.hit_x[j], self.infrared.hit_y[j])
+            s.note(self.frame.x, self.frame.y, e)
 
     def _end(self, reason, good):
         # In good order: what is mapped is finished, built and sealed.
@@ -200,25 +292,6 @@ class Tvslam:
             self.degraded |= DEGRADED_VECTORS
         if self.vectors.chains_lost:
             self.degraded |= DEGRADED_CHAINS
+        if self.explorer.inside and (reason != _REASON_CLOSED or not self.search.complete()):
+            self.degraded |= DEGRADED_SEARCH
         self.explorer.end(BUILD if good else FAILED)
-
-    def _mix(self):
-        t = self.tally
-        o = self.odometry
-        here = self.localization
-        v = self.vectors
-        t.mix(o.x_um)
-        t.mix(o.y_um)
-        t.mix(here.x_mm)
-        t.mix(here.y_mm)
-        t.mix(here.heading_bam << 8 | self.state)
-        t.mix(self.hits.used << 16 | self.points.count)
-        t.mix((self.left_mm_s & 0x1FFF) << 13 | self.right_mm_s & 0x1FFF)
-        if v.generation != self._last_generation:
-            self._last_generation = v.generation
-            t.mix(v.used << 8 | v.chains)
-            if v.used:
-                t.mix(v.xs[v.used - 1])
-                t.mix(v.ys[v.used - 1])
-        self.hash_lo = t.lo
-        self.hash_hi = t.hi

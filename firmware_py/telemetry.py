@@ -59,7 +59,7 @@ class Telemetry:
         out[10] = core.points.count
         out[11] = core.vectors.used
         out[12] = here.fixes
-        out[13] = core.explorer.bumps
+        out[13] = core.explorer.bumper.bumps
         self._device.send(POSE)
 
     def _next_vector(self, again):

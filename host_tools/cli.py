@@ -14,6 +14,7 @@ from host_tools import __version__
 SUBCOMMANDS = {
     # name: (module, help)
     "hil": ("host_tools.hil", "run one mission: virtual robot + core, scored against the home's truth"),
+    "evaluate": ("host_tools.evaluate", "the paper's figures and tables again, with ours beside them"),
     "replay": ("host_tools.replay", "run a recorded mission again on any target, and compare each answer with the log"),
     "bisect": ("host_tools.bisect", "run a recorded mission on several targets at once: the first step and field that differ"),
     "monitor": ("host_tools.monitor", "watch a running core on a port or a tap"),

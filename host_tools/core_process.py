@@ -84,7 +84,8 @@ def command(target, heap, path):
     if target == "cpython":
         return [sys.executable, "-m", "firmware_py", path]
     if target == "unix":
-        return [micropython_command(), "-X", "heapsize=" + heap, "-m", "firmware_py", path]
+        from host_tools.unix_core import boot_file  # here: it needs this module
+        return [micropython_command(), "-X", "heapsize=" + heap, str(boot_file(micropython_command())), path]
     raise TargetError("'%s' is no target: give %s." % (target, TARGETS))
 
 

@@ -1,222 +1,140 @@
-"""One mission -> the result file's figures. Keys and meanings are a contract with scripts.
+"""`host_tools evaluate`: the paper's section 5 again, its figures and ours side by side.
 
-Every key is present in every result; what was not measured or does not exist yet is None,
-never 0. `empty_result` is the whole skeleton, the functions below fill what they can.
+Missions run in parallel with the core in the robot's process (the same frames, the same hashes as over a pty);
+each is kept in DIR/runs under the hash of its home, options and code, and is not run again while those stay.
 """
 
-import copy
-import random
+import argparse
+import json
+import os
+import re
+import sys
+from dataclasses import replace
 
-import numpy as np
+from host_tools.evaluation import ablation, growth, localisation, maps, table2
+from host_tools.evaluation.pool import RunError, figures_of
+from host_tools.evaluation.section import Plan
+from host_tools.export import whole_file
+from host_tools.processes import signals_as_interrupt
+from host_tools.progress import Progress
+from sim_device.home import HomeError, load_home
 
-from host_tools.lower_bound import lower_bound_s
-from host_tools.map_file import KIND_OUTLINE, MapError, decode_map
-from host_tools.mission import POSE_FIELDS, STEP_S, hashes
-from host_tools.peers.dead_reckoning import dead_reckoning
-from host_tools.peers.paper_rule import paper_rule
-from host_tools.peers.uwb_only import positions
-from host_tools.score import score_map
-from protocol import states
-
-STOPS = 20
-DEGRADED = ("vectors", "chains")  # STATUS_RSP.degraded, bit by bit: the stores that ran full
-MAP_STORES = ("vectors", "chains", "regions", "nodes", "edges")
-ERRORS = {"mean_cm": None, "p95_cm": None, "max_cm": None}
-SKELETON = {
-    "time": dict.fromkeys(("robot_s", "wall_s", "real_time_factor", "path_m", "lower_bound_s", "contacts")),
-    "localisation": {"stops": STOPS, "estimate": ERRORS, "dead_reckoning": ERRORS, "uwb_only": ERRORS,
-                     "paper_rule": ERRORS, "trajectory_rmse_cm": None},
-    "map": dict.fromkeys(("vectors", "chains", "regions", "true_rooms", "turning_nodes", "edges", "ram_bytes",
-                          "ram_capacity_bytes", "stored_bytes", "precision_5cm", "recall_5cm", "outline_precision_5cm",
-                          "outline_recall_5cm", "hausdorff_p95_cm", "iou_free"))
-    | {"closure_cm": {"before": None, "after": None}},
-    "memory": {"heap_bytes": None, "heap_peak_bytes": None, "static_ram_bytes": None, "stack_peak_bytes": None,
-               "flash_bytes": None, "boot_s": None, "stores": {}, "heap_locked": None, "allocated_after_boot_bytes": None},
-    "tick": dict.fromkeys(("count", "p50_us", "p99_us", "max_us", "instructions_p99", "instructions_max")),
-    "link_stats": {"frames": None, "bytes": None, "dropped_by_cause": {}, "retransmits": None},
-    "free_run": dict.fromkeys(("core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm",
-                               "residual_ms", "clock_jumps", "round_trip_ms", "margin_ms")),
-    "cleaning": dict.fromkeys(("coverage", "overlap", "robot_s")),
-    "update": dict.fromkeys(("robot_s", "full_robot_s", "regions_rebuilt")),
-    "days": [],
-    "hash": {"steps": None, "map": None},
-}
+FIGURES = {"5a": localisation.fig5a, "5b": localisation.fig5b, "6": localisation.fig6, "7": maps.fig7, "8": maps.fig8, "9": maps.fig9,
+           "table2": table2.table2}
+HOME, QUICK_HOME = "office_458", "flat"
+SEEDS, QUICK_SEEDS = 10, 3
+EXIT_OK, EXIT_NOT_FINISHED, EXIT_USAGE, EXIT_PEER = 0, 1, 2, 3
 
 
-def empty_result(home_name, options):
-    """All keys; `options` gives target, link, mode, uwb, odometry and seed."""
-    head = {"schema": 1, "home": home_name}
-    head |= {key: options[key] for key in ("target", "link", "mode", "uwb", "odometry", "seed")}
-    return head | {"finished": False, "reason": "", "degraded": []} | copy.deepcopy(SKELETON)
+class UsageError(Exception):
+    """One sentence: which argument cannot be served, and the way out."""
 
 
-def evaluate(result, mission, truth, vector_map, end, rooms):
-    """Fill `result` from the mission's log, the home's truth, the decoded map and the robot's closing account."""
-    result["map"]["true_rooms"] = rooms
-    _status(result, mission)
-    _time(result, mission, truth, end)
-    _localisation(result, mission)
-    _map(result, mission, truth, vector_map)
-    _memory(result, mission)
-    _tick_and_link(result, mission, end)
-    _free_run(result, mission, end)
-    return result
+def add_arguments(parser):
+    parser.add_argument("--figures", default=None, metavar="LIST", help="all, or some of %s, with commas between" % ", ".join(FIGURES))
+    parser.add_argument("--ablation", action="store_true", help="each improvement alone, and each one left out")
+    parser.add_argument("--growth", action="store_true", help="the office floor 1, 2, 4 and 8 times")
+    parser.add_argument("--out", metavar="DIR", required=True,
+                        help="pictures, evaluation.md, evaluation.json, and the runs, kept for the next time")
+    parser.add_argument("--home", default=None, metavar="HOME", help="a home file or a shipped home (default %s)" % HOME)
+    parser.add_argument("--quick", action="store_true", help="a small home (%s) and %d seeds" % (QUICK_HOME, QUICK_SEEDS))
+    parser.add_argument("--seeds", type=_count, default=None, metavar="N", help="repetitions, seeds 1 to N (default %d)" % SEEDS)
+    parser.add_argument("--workers", type=_count, default=os.cpu_count() or 1, metavar="N", help="missions at a time (default: one a core)")
 
 
-def mission_map(mission):
-    """The decoded map or None, and why it is none."""
-    if mission.map_bytes is None:
-        return None, "the core sent no map"
+def _count(text):
+    if not re.fullmatch(r"[1-9][0-9]?", text):
+        raise argparse.ArgumentTypeError("%s is not a whole number from 1 to 99" % (text or "(empty)"))
+    return int(text)
+
+
+def run(args):
     try:
-        return decode_map(mission.map_bytes), ""
-    except MapError as error:
-        return None, str(error)
+        wanted = _wanted(args)
+        plan = _plan(args)
+        with signals_as_interrupt():
+            return _evaluate(args, plan, wanted)
+    except (UsageError, HomeError) as error:
+        code, sentence = EXIT_USAGE, error
+    except (RunError, growth.GrowthError) as error:
+        code, sentence = EXIT_PEER, error
+    except OSError as error:
+        code, sentence = EXIT_USAGE, "%s cannot be written: %s." % (error.filename or args.out, (error.strerror or str(error)).lower())
+    except ImportError as error:
+        if (error.name or "").split(".")[0] != "matplotlib":
+            raise
+        code, sentence = EXIT_USAGE, "The figures need matplotlib, which is not installed: pip install 'tvslam[plot]'."
+    except KeyboardInterrupt:
+        code, sentence = 130, "Interrupted: what has finished is kept, the same command goes on from there."
+    print("host_tools evaluate: %s" % sentence, file=sys.stderr)
+    return code
 
 
-def _status(result, mission):
-    status = mission.status
-    if status is None:
-        return
-    result["finished"] = bool(status["finished"])
-    reason = status["reason"]
-    result["reason"] = states.REASONS[reason] if reason < len(states.REASONS) else "reason %d" % reason
-    result["degraded"] = [DEGRADED[bit] if bit < len(DEGRADED) else "bit %d" % bit
-                          for bit in range(16) if status["degraded"] >> bit & 1]
-    result["hash"] = hashes(status)
-    if result["finished"]:
-        result["map"]["closure_cm"] = {"before": status["closure_before_mm"] / 10, "after": status["closure_after_mm"] / 10}
+def _wanted(args):
+    """The makers of what was asked for, in the paper's order."""
+    if args.figures is None and not args.ablation and not args.growth:
+        raise UsageError("Nothing is asked for: give --figures all, --ablation or --growth.")
+    names = list(FIGURES) if args.figures == "all" else (args.figures or "").split(",") if args.figures is not None else []
+    for name in names:
+        if name not in FIGURES:
+            raise UsageError("--figures %s is unknown; use all, or some of %s." % (name or "(empty)", ", ".join(FIGURES)))
+    makers = [make for name, make in FIGURES.items() if name in names]
+    return makers + [ablation.ablation] * args.ablation + [growth.growth] * args.growth
 
 
-def _time(result, mission, truth, end):
-    time = result["time"]
-    if len(mission.step):
-        time["robot_s"], time["wall_s"] = round(mission.robot_s, 2), end.get("wall_s")
-        time["path_m"], time["contacts"] = end.get("path_m"), end.get("contacts")
-    if time["wall_s"]:
-        time["real_time_factor"] = time["robot_s"] / time["wall_s"]
-    speed_m_s, turn_rad_s = mission.parameter("speed_max") / 1000, mission.parameter("turn_max") / 1000
-    time["lower_bound_s"] = lower_bound_s(truth, speed_m_s, turn_rad_s, lanes=mission.visited(states.SWEEP))
+def _plan(args):
+    home = load_home(args.home or (QUICK_HOME if args.quick else HOME))
+    folder = os.path.join(os.path.abspath(args.out), "runs")
+    os.makedirs(folder, exist_ok=True)
+    return Plan(os.path.abspath(home.path), tuple(range(1, (args.seeds or (QUICK_SEEDS if args.quick else SEEDS)) + 1)), folder)
 
 
-def _localisation(result, mission):
-    """Errors at 20 seeded stops; the peers read the same sensor stream as the core did."""
-    estimate, actual = mission.matched_poses()
-    if not len(estimate):
-        return
-    figures = result["localisation"]
-    error = np.hypot(estimate[:, 1] - actual[:, 1], estimate[:, 2] - actual[:, 2])
-    figures["trajectory_rmse_cm"] = 100 * float(np.sqrt(np.mean(error ** 2)))
-    stops = sorted(random.Random(result["seed"]).sample(range(len(error)), min(STOPS, len(error))))
-    figures["estimate"] = errors_cm(error[stops])
-    rows = np.searchsorted(mission.step, estimate[stops, 0])
-    true_xy = actual[stops, 1:3]
-    local, fixes, rule = peer_tracks(mission)
-    figures["dead_reckoning"] = errors_cm(_distance(local[rows, :2], true_xy))
-    figures["paper_rule"] = errors_cm(_distance(rule[rows, :2], true_xy)) if np.isfinite(fixes).any() else dict(ERRORS)
-    figures["uwb_only"] = errors_cm(_fix_errors(mission, fixes, rows))
+def runs_for(plan, makers):
+    """Every run that the figures need, the long ones first."""
+    needs = {localisation.fig5a: lambda: [runs[0] for runs in plan.groups().values()], localisation.fig5b: plan.main,
+             localisation.fig6: lambda: [run for runs in plan.groups().values() for run in runs], maps.fig7: list,
+             maps.fig8: lambda: plan.main()[:1], maps.fig9: lambda: plan.main()[:1],
+             table2.table2: lambda: [plan.main()[0], plan.beside("paper")[0], table2.without_ways(plan)],
+             ablation.ablation: lambda: [run for by in ablation.runs(plan).values() for of in by.values() for run in of],
+             growth.growth: lambda: growth.runs(plan)[::-1]}
+    return [run for make in makers for run in needs[make]()]
 
 
-def peer_tracks(mission):
-    """(dead-reckoned poses, fixes of each UWB report, poses by the paper's rule)"""
-    local = dead_reckoning(mission.left, mission.right, mission.geometry, mission.dock)
-    fixes = positions(mission.uwb_anchor, mission.uwb_strength_cdb, mission.uwb_range_mm, mission.uwb_model, mission.anchors)
-    at_turn = np.full((len(mission.turn_rows), 2), np.nan)
-    turn_rows = mission.turn_rows.copy()
-    if len(fixes):
-        # The report next after the turn, as the robot waits for it; its own row, so that both speak of one place.
-        report = np.minimum(np.searchsorted(mission.uwb_row, mission.turn_rows), len(fixes) - 1)
-        at_turn, turn_rows = fixes[report], mission.uwb_row[report]
-    order = np.argsort(turn_rows, kind="stable")
-    thresholds = mission.parameter("fix_distance") / 1000, mission.parameter("fix_angle") * 2 * np.pi / 65536
-    return local, fixes, paper_rule(local, turn_rows[order], at_turn[order], thresholds, mission.dock)
+def _evaluate(args, plan, makers):
+    import matplotlib  # noqa: F401  before the missions, not after them
+
+    done = figures_of(runs_for(plan, makers), plan.folder, args.workers, Progress())
+    sections = [make(plan, done, args.out) for make in makers]
+    _write(args, plan, sections, done)
+    print("\n\n".join("\n".join([section.title, "", *section.lines, *section.notes]) for section in sections))
+    unfinished = [run.name for run, figures in done.items() if not figures["result"]["finished"] and run != table2.without_ways(plan)]
+    if unfinished:
+        print("host_tools evaluate: %d of %d missions did not finish: %s%s." % (
+            len(unfinished), len(done), "; ".join(unfinished[:3]), " and others" if len(unfinished) > 3 else ""), file=sys.stderr)
+    print("files           %s" % os.path.join(args.out, ""))
+    return EXIT_NOT_FINISHED if unfinished else EXIT_OK
 
 
-def _fix_errors(mission, fixes, rows):
-    """Each stop's last fix against the truth at that fix's own step: the robot's drive since is not the UWB's fault."""
-    report = np.searchsorted(mission.uwb_row, rows, side="right") - 1
-    report = report[report >= 0]
-    if not len(report):
-        return np.zeros(0)
-    step = mission.step[mission.uwb_row[report]]
-    at = np.minimum(np.searchsorted(mission.truth[:, 0], step), len(mission.truth) - 1)
-    same = mission.truth[at, 0] == step
-    return _distance(fixes[report][same], mission.truth[at[same], 1:3])
+def _write(args, plan, sections, done):
+    home = load_home(plan.home)
+    head = ["# %s: the paper's section 5 again" % home.name, "",
+            "Made by `host_tools evaluate`: %d missions, seeds %d to %d%s. Presets are named in each table." % (
+                len(done), plan.seeds[0], plan.seeds[-1], ", of the quick kind" if args.quick else "")]
+    lines = head
+    for section in sections:
+        lines += ["", "## " + section.title, "", *section.lines]
+        for note in section.notes:
+            lines += ["", note]
+        if section.picture:
+            lines += ["", "![%s](%s)" % (section.title, section.picture)]
+    _text(os.path.join(args.out, "evaluation.md"), "\n".join(lines) + "\n")
+    told = {"home": home.name, "seeds": plan.seeds, "quick": args.quick,
+            "sections": {section.name: {key: getattr(section, key) for key in ("title", "lines", "notes", "data")} for section in sections},
+            "runs": [replace(run, home=os.path.basename(run.home)).asdict() | {"key": run.key, "finished": figures["result"]["finished"]}
+                     for run, figures in done.items()]}
+    _text(os.path.join(args.out, "evaluation.json"), json.dumps(told, indent=1, allow_nan=False) + "\n")
 
 
-def _distance(a, b):
-    return np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
-
-
-def errors_cm(error_m):
-    """Mean, 95th percentile and maximum; NaN (no position at that stop) is left out."""
-    error_m = error_m[np.isfinite(error_m)]
-    if not len(error_m):
-        return dict(ERRORS)
-    return {"mean_cm": 100 * float(np.mean(error_m)), "p95_cm": 100 * float(np.percentile(error_m, 95)),
-            "max_cm": 100 * float(np.max(error_m))}
-
-
-def _map(result, mission, truth, vector_map):
-    figures = result["map"]
-    stores = [mission.stores[name] for name in MAP_STORES if name in mission.stores]
-    if stores:
-        figures["ram_bytes"] = sum(store["used"] * store["record_bytes"] for store in stores)
-        figures["ram_capacity_bytes"] = sum(store["capacity"] * store["record_bytes"] for store in stores)
-    if vector_map is None:
-        return
-    figures["stored_bytes"] = len(mission.map_bytes)
-    figures["vectors"], figures["chains"] = len(vector_map.vectors()), len(vector_map.chains)
-    for key, count in (("regions", vector_map.regions), ("turning_nodes", vector_map.nodes), ("edges", vector_map.edges)):
-        figures[key] = count or None  # a finished map has at least one region: none means not built
-    figures |= score_map(truth, vector_map)
-    if not result["finished"] or not len(vector_map.vectors(KIND_OUTLINE)):
-        figures["iou_free"] = None  # an open outline encloses nothing
-
-
-def _memory(result, mission):
-    memory, status = result["memory"], mission.status
-    memory["stores"] = {name: {"used": store["used"], "capacity": store["capacity"],
-                               "bytes": store["capacity"] * store["record_bytes"]}
-                        for name, store in sorted(mission.stores.items(), key=lambda item: item[1]["index"])}
-    if status is None:
-        return
-    memory["heap_locked"] = bool(status["heap_locked"])
-    if status["heap_bytes"]:  # CPython has no heap of its own to measure
-        memory["heap_bytes"], memory["heap_peak_bytes"] = status["heap_bytes"], status["heap_used_bytes"]
-        memory["allocated_after_boot_bytes"] = status["allocated_after_boot_bytes"]
-
-
-def _tick_and_link(result, mission, end):
-    tick, stats = result["tick"], result["link_stats"]
-    if mission.parameter("tick_ms"):
-        tick["count"] = len(mission.tick_us)  # each answer waits for the core's tick: that time is no cost
-    elif len(mission.tick_us):
-        # On a host the link's way there and back is in it: only an emulated or real board separates the two.
-        tick["count"] = len(mission.tick_us)
-        tick |= {"p50_us": float(np.percentile(mission.tick_us, 50)), "p99_us": float(np.percentile(mission.tick_us, 99)),
-                 "max_us": float(np.max(mission.tick_us))}
-    stats["frames"], stats["bytes"], stats["retransmits"] = end.get("frames"), end.get("bytes"), end.get("resent")
-    dropped = dict(end.get("dropped") or {})
-    for name, value in (mission.link or {}).items():
-        if name.startswith("bad_") or name in ("overrun", "telemetry_dropped"):
-            dropped["core_" + name] = value
-    stats["dropped_by_cause"] = dropped
-
-
-def _free_run(result, mission, end):
-    """By whose clock the mission ran, how well the two were joined, and what came too late."""
-    figures = result["free_run"]
-    figures |= end.get("free_run") or {}
-    if mission.parameter("tick_ms") and mission.status is not None:
-        figures["core_late_ticks"], figures["core_late_ms"] = mission.status["late_ticks"], mission.status["late_ms"]
-
-
-def tum_rows(mission):
-    """((n, 4), (n, 4)) t_s, x_m, y_m, heading_rad of estimate and truth, one each 0.1 s."""
-    estimate, actual = mission.matched_poses()
-    picked = np.column_stack([estimate[:, 0] * STEP_S, estimate[:, 1:4]])
-    return picked, np.column_stack([actual[:, 0] * STEP_S, actual[:, 1:4]])
-
-
-def pose_column(mission, name):
-    return mission.pose[:, POSE_FIELDS.index(name)]
+def _text(path, text):
+    with whole_file(path) as beside, open(beside, "w", encoding="utf-8") as file:
+        file.write(text)

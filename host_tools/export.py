@@ -5,7 +5,7 @@ import json
 import math
 import os
 
-from host_tools.evaluate import tum_rows
+from host_tools.result import tum_rows
 from host_tools.picture import draw_mission
 
 FILES = ("map.geojson", "map.bin", "map.png", "estimate.tum", "truth.tum", "result.json")
@@ -65,7 +65,28 @@ def geojson(vector_map, name):
                 "geometry": {"type": "LineString", "coordinates": [_point(x0, y0), _point(x1, y1)]},
                 "properties": {"kind": chain.kind_name, "chain": number, "order": order,
                                "sigma_mm": int(chain.sigma_mm[order]), "region": chain.region}})
+    features += _graph_features(vector_map)
     return {"type": "FeatureCollection", "name": name, "coordinate_system": "local metres, x right, y up", "features": features}
+
+
+def _graph_features(vector_map):
+    """Regions as polygons, turning nodes as points, edges as lines from node to node."""
+    for region in vector_map.region_list:
+        if not region.polygon.is_empty:
+            rings = [region.polygon.exterior, *region.polygon.interiors]
+            yield {"type": "Feature",
+                   "geometry": {"type": "Polygon", "coordinates": [[_point(*place) for place in ring.coords] for ring in rings]},
+                   "properties": {"kind": "region", "region": region.number, "parent": region.parent if region.number else None,
+                                  "area_m2": region.area_m2, "long": region.long, "short": region.short,
+                                  "first": region.range[0], "count": region.range[1],
+                                  "gate": [_point(*place) for place in region.gate] if region.gate else None}}
+    for number, place in enumerate(vector_map.node_list):
+        yield {"type": "Feature", "geometry": {"type": "Point", "coordinates": _point(*place)},
+               "properties": {"kind": "node", "node": number}}
+    for edge in vector_map.edge_list:
+        yield {"type": "Feature",
+               "geometry": {"type": "LineString", "coordinates": [_point(*vector_map.node_list[n]) for n in edge.nodes]},
+               "properties": {"kind": "edge", "nodes": list(edge.nodes), "region": edge.region, "cost_cm": edge.cost_cm}}
 
 
 def _point(x, y):

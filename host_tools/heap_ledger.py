@@ -1,8 +1,8 @@
 """Where the heap of the emulated STM32 goes, byte by byte: measured on it while the core comes up, by gc.mem_alloc().
 
-A second image is made for it, in which each file of the core calls a function when it has run. A
-script on the REPL gives it that function, and wraps the constructor of every class. Each reading
-is taken when what nobody holds has been collected, so that the differences are what is kept.
+A second image is made for it, in which a function stands in the place of each constructor. A script
+on the REPL gives the VM that function. Each reading is taken when what nobody holds has been
+collected, so that the differences are what is kept.
 """
 
 import contextlib
@@ -22,50 +22,43 @@ GRACE_S = 2.0   # for the core to see that its link was closed
 MARK = "heap_mark"
 BARE = "import gc\ngc.collect()\nprint('@', gc.mem_alloc(), 'vm')\n"
 SCRIPT = """import gc, builtins
-def %s(name, place=''):
+def reading(name, place=''):
  gc.collect()
  print('@', gc.mem_alloc(), name, place)
-def watch(cls, name, init):
- def measured(self, *args):
-  %s('+', name)
-  init(self, *args)
-  %s('-', name)
- cls.__init__ = measured
-builtins.%s = %s
-%s('begin')
+def made(name, cls, *args):
+ reading('+', name)
+ it = cls(*args)
+ reading('-', name)
+ return it
+builtins.%s = made
+reading('begin')
 import tvslam
-%s('imported')
-def watch_all():
- for name in dir(tvslam):
-  cls = getattr(tvslam, name)
-  if isinstance(cls, type) and '__init__' in cls.__dict__: watch(cls, name, cls.__init__)
-watch_all()
-%s('watched')
+reading('imported')
 tvslam.main(%%r)
-""" % ((MARK,) * 8)
+""" % MARK
 
 
-# The rows in bytes, each dict in the order in which the core came up: `files` what a file of the core keeps (its names,
-# functions, classes), `objects` what the constructors of a class kept beside other classes' objects, `others` the rest.
-# Their sum is what gc.mem_alloc() said at the end; `apparatus` of that is the measurement's own.
+# The rows in bytes: `imports` what the core's names keep, `objects` by class, in the order in which the core came up, what
+# an object kept beside other classes' objects, `others` the rest. Their sum is what gc.mem_alloc() said at the end;
+# `apparatus` of that is the measurement's own.
 @dataclass
 class Ledger:
     vm: int = 0
     apparatus: int = 0
-    files: dict = field(default_factory=dict)
+    imports: int = 0
     objects: dict = field(default_factory=dict)
     others: int = 0
 
     @property
     def sum(self):
-        return self.vm + self.apparatus + sum(self.files.values()) + sum(self.objects.values()) + self.others
+        return self.vm + self.apparatus + self.imports + sum(self.objects.values()) + self.others
 
 
 def read(bare, text, used_bytes):
     """The ledger, from what BARE and SCRIPT printed and what the core said that its heap holds. None if a reading is missing."""
     vm = re.search(r"@ (\d+) vm", bare)
     readings = [(int(used), name, place) for used, name, place in re.findall(r"^@ (\d+) (\S+) ?(\S*)$", text, re.M)]
-    if not vm or [name for _, name, _ in readings if name in ("begin", "imported", "watched")] != ["begin", "imported", "watched"]:
+    if not vm or [name for _, name, _ in readings if name in ("begin", "imported")] != ["begin", "imported"]:
         return None
     ledger = Ledger(vm=int(vm[1]))
     last, outer = ledger.vm, []
@@ -82,12 +75,10 @@ def read(bare, text, used_bytes):
             ledger.objects[place] = ledger.objects.get(place, 0) + used - before - within
             if outer:
                 begun[len(outer)][1] += used - before
-        elif name in ("begin", "watched"):
+        elif name == "begin":
             ledger.apparatus += used - last
-        elif name == "imported":
-            ledger.others += used - last
         else:
-            ledger.files[name] = ledger.files.get(name, 0) + used - last
+            ledger.imports += used - last
         if not outer:
             last = used
     ledger.others += used_bytes - last
@@ -125,18 +116,18 @@ def figures(port, say):
 
 
 def report(figures):
-    """The files with their flash and heap, then the objects, then the sums."""
+    """The files with their flash, the objects with their heap, then the sums."""
     ledger, flash = figures["ledger"], figures["flash"]
-    modules, files = flash["modules"], ledger["files"]
-    vm = flash["text_bytes"] - sum(modules.values())
-    rows = [(path, modules.get(path, 0), files.get(path, 0)) for path in sorted(modules.keys() | files.keys())]
-    rows += [("the VM and its REPL", vm, ledger["vm"])]
+    modules = flash["modules"]
+    rows = [(path, size, None) for path, size in sorted(modules.items())]
+    rows += [("the VM and its REPL", flash["text_bytes"] - sum(modules.values()), ledger["vm"])]
+    rows += [("names of the core, imported", None, ledger["imports"])]
     rows += [("objects of %s" % name, None, used) for name, used in sorted(ledger["objects"].items(), key=lambda item: -item[1])]
     rows += [("buffers and calls of the start", None, ledger["others"]), ("(the measurement itself)", None, ledger["apparatus"]),
              ("sum", flash["text_bytes"], ledger["sum"])]
     width = max(len(row[0]) for row in rows)
     lines = ["", "%-*s  %9s  %9s" % (width, "bytes of", "flash", "heap")]
-    lines += ["%-*s  %9s  %9s" % (width, name, "" if code is None else format(code, ","), format(used, ",")) for name, code, used in rows]
+    lines += ["%-*s  %9s  %9s" % (width, name, *("" if size is None else format(size, ",") for size in sizes)) for name, *sizes in rows]
     memory, unmeasured = figures["memory"], ledger["sum"] - ledger["apparatus"]
     return lines + ["", "The heap's sum is what gc.mem_alloc() said in the run that measured. Without the measurement it is %s B, %d B "
                         "from the core's own figure above:" % (format(unmeasured, ","), abs(unmeasured - figures["heap_used_bytes"])),

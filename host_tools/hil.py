@@ -9,7 +9,8 @@ import os
 import sys
 import tempfile
 
-from host_tools import evaluate, export, report
+from host_tools import export, report
+from host_tools import result as scoring
 from host_tools.hil_options import UsageError, add_arguments, check, check_places
 from host_tools.launch import core_command
 from host_tools.mission_log import LogError, read_mission
@@ -72,7 +73,7 @@ def _mission(args, home, folder):
 
 
 def _evaluate(args, home, log, truth_path, outcome):
-    result = evaluate.empty_result(home.name, vars(args))
+    result = scoring.empty_result(home.name, vars(args))
     result["map"]["true_rooms"] = len(home.rooms)
     mission = vector_map = None
     notes = []
@@ -80,8 +81,8 @@ def _evaluate(args, home, log, truth_path, outcome):
         mission = read_mission(log, truth_path)
         if mission.damaged:
             notes.append("The log breaks off: %s." % mission.damaged)
-        vector_map, why_not = evaluate.mission_map(mission)
-        evaluate.evaluate(result, mission, HomeTruth(home), vector_map, outcome.end, len(home.rooms))
+        vector_map, why_not = scoring.mission_map(mission)
+        scoring.evaluate(result, mission, HomeTruth(home), vector_map, outcome.end, len(home.rooms))
         if why_not:
             notes.append("No map to score: %s." % why_not)
     except LogError as error:

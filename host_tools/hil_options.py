@@ -23,14 +23,15 @@ class UsageError(Exception):
 def add_arguments(parser):
     parser.add_argument("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
     parser.add_argument("--target", default="unix", help="where the core runs: unix (default), cpython, stm32 (emulated), port:DEV")
-    parser.add_argument("--link", default="pty", help="what joins robot and core: pty (default), or on stm32 also semihost")
+    parser.add_argument("--link", default="pty", help="pty (default); on stm32 also semihost, on cpython also memory")
     parser.add_argument("--mode", default="improved", help="improved (default) or paper: every improvement off")
     parser.add_argument("--uwb", default="paper", help="error of the UWB receiver: %s" % ", ".join(UWB))
     parser.add_argument("--odometry", default="calibrated", help="error of the wheels: %s" % ", ".join(ODOMETRY))
     parser.add_argument("--seed", default="1", help="seed of every error and of the stops (default 1)")
     parser.add_argument("--heap", default=None, help="heap of the MicroPython VM (default 192k on unix, 27k on stm32)")
     parser.add_argument("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
-    parser.add_argument("--max-robot-s", metavar="S", default=None, help="end the mission after that much robot time (default 3600)")
+    parser.add_argument("--max-robot-s", metavar="S", default=None,
+                        help="end the mission after that much robot time (default 14400, four hours)")
     parser.add_argument("--log", metavar="FILE", help="keep the log of every frame")
     parser.add_argument("--json", metavar="FILE", help="write the result file")
     parser.add_argument("--out", metavar="DIR", help="write map.geojson, map.bin, map.png, *.tum and result.json")
@@ -71,6 +72,8 @@ def _check_time(args):
     if args.realtime and args.link == "semihost":
         raise UsageError("--realtime does not go with --link semihost, where the core's clock stands still until a STEP comes; "
                          "use --link pty.")
+    if args.realtime and args.link == "memory":
+        raise UsageError("--realtime does not go with --link memory, where robot and core take turns; use --link pty.")
     if args.max_robot_s is None:
         return
     if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,3})?", args.max_robot_s) or not float(args.max_robot_s):
@@ -88,8 +91,10 @@ def _not_built(args):
         raise UsageError("--link %s is not built yet; use pty." % args.link)
     if args.link == "semihost" and args.target != "stm32":
         raise UsageError("--link semihost is the emulator's: it goes with --target stm32; use pty.")
-    if args.link not in ("pty", "semihost"):
-        raise UsageError("--link %s is unknown; use pty, or with --target stm32 also semihost." % args.link)
+    if args.link == "memory" and args.target != "cpython":
+        raise UsageError("--link memory has the core in the robot's own process: it goes with --target cpython; use pty.")
+    if args.link not in ("pty", "semihost", "memory"):
+        raise UsageError("--link %s is unknown; use pty, with --target stm32 also semihost, with --target cpython also memory." % args.link)
     if args.faults is not None:
         raise UsageError("--faults is not built yet; leave it out.")
     if args.task == "clean":

@@ -8,6 +8,8 @@ from host_tools.core_process import CoreError, command, packages_folder
 from host_tools.hil_options import UsageError, heap_bytes
 from host_tools.qemu import EmulatorError
 
+CORE = "firmware_py.device:Device"  # by name: it runs in another process
+
 
 def core_command(target, heap, link):
     """(argv, folder to run in) of the core."""
@@ -28,7 +30,10 @@ def stm32_image(heap, say, mark=""):
 
 
 def robot_command(args, home_path, link, log, truth):
-    argv = [sys.executable, "-m", "sim_device", home_path, "--link", link, "--uwb", args.uwb, "--odometry", args.odometry,
+    joined = ["--link", link]
+    if args.link == "memory":
+        joined = ["--core", CORE, "--core-folder", getattr(args, "core_folder", None) or packages_folder()]
+    argv = [sys.executable, "-m", "sim_device", home_path, *joined, "--uwb", args.uwb, "--odometry", args.odometry,
             "--seed", str(args.seed), "--mode", args.mode, "--log", log, "--truth", truth, "--json-lines"]
     if args.robot:
         argv += ["--robot", os.path.abspath(args.robot)]

@@ -1,24 +1,23 @@
 """map.bin, exactly what the device stores and sends, decoded into metres.
 
-Layout (little-endian):
-    "TVM1"  u16 records  u8 chains  u8 regions  u8 nodes  u8 edges  u16 reserved
-    record x 6 B   i16 x, i16 y (5 mm)   u8 sigma_mm   u8 flags
-    chain  x 4 B   u16 first, u8 count, u8 kind (bits 0-1) | searched (bit 2) | region (bits 3-7)
-    u32 CRC-32 of all before
-A vector runs from its record to the next one of the chain, the last one of a closed chain
-to the first. A record with CHAIN_END starts no vector.
+Layout: "TVM2"  u16 vertices  u8 chains  u8 regions  u8 nodes  u8 edges, little-endian; the map as
+protocol/map_code.py codes it, by the same steps as in the core; u32 CRC-32 of all before.
+A vector runs from its vertex to the next one of its chain, the last one of a closed chain
+to the first. A vertex with CHAIN_END starts no vector.
 """
 
 import struct
 import zlib
-from dataclasses import dataclass
+from array import array
+from dataclasses import dataclass, field
 
 import numpy as np
 
-MAGIC = b"TVM1"
-HEADER = struct.Struct("<4sH4BH")
-CHAIN = struct.Struct("<HBB")
-RECORD = np.dtype([("x", "<i2"), ("y", "<i2"), ("sigma_mm", "u1"), ("flags", "u1")])
+from host_tools import map_graph
+from protocol.map_code import EDGES, MAGIC, MODEL_PLACES, MapCode
+from protocol.range_code import AT
+
+HEADER = struct.Struct("<4sH4B")
 UNIT_M = 0.005
 CHAIN_COUNT_MAX = 255
 
@@ -62,6 +61,9 @@ class VectorMap:
     regions: int = 0
     nodes: int = 0
     edges: int = 0
+    region_list: list = field(default_factory=list)  # map_graph.Region
+    node_list: list = field(default_factory=list)    # (x, y) in metres
+    edge_list: list = field(default_factory=list)    # map_graph.Edge
 
     def vectors(self, kind=None):
         """All vectors, or those of one kind, as (n, 4) metres."""
@@ -69,59 +71,113 @@ class VectorMap:
         return np.vstack(parts) if parts else np.zeros((0, 4))
 
 
-def decode_map(data):
+class Records:
+    """A map as it lies in the core: the arrays of firmware_py/storage/vector_store.py and region_graph.py."""
+
+    def __init__(self, used=0, chains=0, regions=0, nodes=0, edges=0):
+        self.used, self.chains = used, chains
+        self.region_count, self.node_count, self.edge_count = regions, nodes, edges
+        self.xs, self.ys = array("h", bytes(2 * used)), array("h", bytes(2 * used))
+        self.sigmas, self.flags = bytearray(used), bytearray(used)
+        self.firsts, self.counts, self.kinds = [0] * chains, bytearray(chains), bytearray(chains)
+        self.regions, self.shared = array("H", bytes(12 * regions)), array("H", bytes(2 * (EDGES + max(edges, 1))))
+        self.ready = regions > 0
+
+    def code(self, buf, reads):
+        """Written into the buffer, or read from it -> how many bytes."""
+        coder = MapCode(self, self)
+        coder.begin(array("H", bytes(2 * MODEL_PLACES)), buf, reads, len(buf) - 1)
+        while not coder.step():  # comes to an end: each is one thing further, and so are the arrays
+            pass
+        return coder.s[AT]
+
+
+def decode_records(data):
     if len(data) < HEADER.size + 4:
         raise MapError("the map has %d bytes, fewer than its header" % len(data))
-    magic, records, chains, regions, nodes, edges, _ = HEADER.unpack_from(data)
+    magic, *counts = HEADER.unpack_from(data)
     if magic != MAGIC:
         raise MapError("the map starts with %r instead of %r" % (bytes(magic), MAGIC))
-    size = HEADER.size + records * RECORD.itemsize + chains * CHAIN.size + 4
-    if len(data) < size:
-        raise MapError("the map has %d bytes, its header speaks of %d" % (len(data), size))
     (crc,) = struct.unpack_from("<I", data, len(data) - 4)
     if crc != zlib.crc32(data[:-4]):
-        raise MapError("the map's checksum does not fit its bytes")
-    table = np.frombuffer(data, RECORD, records, HEADER.size)
-    at = HEADER.size + records * RECORD.itemsize
-    entries = [CHAIN.unpack_from(data, at + CHAIN.size * i) for i in range(chains)]
-    return VectorMap([_chain(table, *entry) for entry in _joined(table, entries)], regions, nodes, edges)
+        raise MapError("the map's checksum does not fit its bytes: it was cut, or changed on its way; fetch it again")
+    records = Records(*counts)
+    body = data[HEADER.size:-4]
+    try:
+        size = records.code(body + bytes(16), 1) - 1  # behind its end there are zeros
+    except (IndexError, OverflowError, ValueError):
+        size = -1
+    if size != len(body) or sum(records.counts) != records.used:
+        raise MapError("the map's bytes do not agree with the counts in its header")
+    flaw = map_graph.flaw(records)
+    if flaw:
+        raise MapError("the map contradicts itself: %s; it was damaged before its checksum was made" % flaw)
+    return records
 
 
-def _joined(table, entries):
+def encode_records(records):
+    buf = bytearray(1 << 20)
+    size = records.code(buf, 0)
+    ready = records.ready
+    graph = (records.region_count, records.node_count, records.edge_count) if ready else (0, 0, 0)
+    data = HEADER.pack(MAGIC, records.used, records.chains, *graph) + bytes(buf[:size])
+    return data + struct.pack("<I", zlib.crc32(data))
+
+
+def decode_map(data):
+    records = decode_records(data)
+    entries = _joined(records)
+    counts = records.region_count, records.node_count, records.edge_count
+    return VectorMap([_chain(records, *entry) for entry in entries], *counts, *_graph(records, entries))
+
+
+def _graph(records, entries):
+    outline = [i for first, count, kind in entries if kind & 3 == KIND_OUTLINE for i in range(first, first + count)]
+    rings = [outline, *(list(range(first, first + count)) for first, count, kind in entries if kind & 3 != KIND_OUTLINE)]
+    places = map_graph.nodes(records)
+    return map_graph.regions(records, _xy(records), rings, places), places, map_graph.edges(records, places)
+
+
+def _xy(records):
+    return np.column_stack([records.xs, records.ys]).reshape(-1, 2) * UNIT_M
+
+
+def _joined(records):
     """A chain of over 255 records comes as several entries: put them together again."""
     joined = []
-    for first, count, kind in entries:
-        if first + count > len(table):
-            raise MapError("a chain of the map runs past the %d records" % len(table))
+    for first, count, kind in zip(records.firsts, records.counts, records.kinds, strict=True):
         last = joined[-1] if joined else None
         if (last and last[2] == kind and last[0] + last[1] == first and last[3] == CHAIN_COUNT_MAX
-                and not table["flags"][first - 1] & FLAG_CHAIN_END):
+                and not records.flags[first - 1] & FLAG_CHAIN_END):
             joined[-1] = (last[0], last[1] + count, kind, count)
         else:
             joined.append((first, count, kind, count))
     return [(first, count, kind) for first, count, kind, _ in joined]
 
 
-def _chain(table, first, count, kind):
-    part = table[first:first + count]
-    xy = np.column_stack([part["x"], part["y"]]).astype(float) * UNIT_M
-    closed = count > 1 and not part["flags"][-1] & FLAG_CHAIN_END
-    return Chain(kind & 3, bool(kind & 4), kind >> 3, xy, part["sigma_mm"].copy(), part["flags"].copy(), bool(closed))
+def _chain(records, first, count, kind):
+    part = slice(first, first + count)
+    flags = np.frombuffer(bytes(records.flags[part]), np.uint8)
+    closed = count > 1 and not flags[-1] & FLAG_CHAIN_END
+    sigma_mm = np.frombuffer(bytes(records.sigmas[part]), np.uint8)
+    return Chain(kind & 3, bool(kind & 4), kind >> 3, _xy(records)[part], sigma_mm, flags, bool(closed))
 
 
-def encode_map(chains, regions=0, nodes=0, edges=0):
-    """The inverse, for tests and importers: Chain objects -> bytes."""
-    records, entries = [], []
-    for chain in chains:
-        count, first = len(chain.xy), len(records)
-        for i, (x, y) in enumerate(np.rint(chain.xy / UNIT_M).astype(int)):
-            flags = int(chain.flags[i]) & ~FLAG_CHAIN_END
-            if i == count - 1 and not chain.closed:
-                flags |= FLAG_CHAIN_END
-            records.append((x, y, int(chain.sigma_mm[i]), flags))
-        kind = chain.kind | (4 if chain.searched else 0) | chain.region << 3
-        for start in range(0, count, CHAIN_COUNT_MAX):
-            entries.append((first + start, min(CHAIN_COUNT_MAX, count - start), kind))
-    data = HEADER.pack(MAGIC, len(records), len(entries), regions, nodes, edges, 0)
-    data += np.array(records, RECORD).tobytes() + b"".join(CHAIN.pack(*entry) for entry in entries)
-    return data + struct.pack("<I", zlib.crc32(data))
+def encode_map(chains, fill=None, **counts):
+    """The inverse, for tests and importers: Chain objects -> bytes. `counts` of regions, nodes and edges; fill(records) fills them."""
+    entries = [(chain, start, min(CHAIN_COUNT_MAX, len(chain.xy) - start))
+               for chain in chains for start in range(0, len(chain.xy), CHAIN_COUNT_MAX)]
+    records = Records(sum(count for *_, count in entries), len(entries), **counts)
+    at = 0
+    for c, (chain, start, count) in enumerate(entries):
+        records.firsts[c], records.counts[c] = at, count
+        records.kinds[c] = chain.kind | (4 if chain.searched else 0) | chain.region << 3
+        for i, (x, y) in enumerate(np.rint(chain.xy / UNIT_M).astype(int)[start:start + count], start):
+            ends = i == len(chain.xy) - 1 and not chain.closed
+            records.xs[at], records.ys[at] = int(x), int(y)
+            records.sigmas[at] = int(chain.sigma_mm[i])
+            records.flags[at] = int(chain.flags[i]) & ~FLAG_CHAIN_END | (FLAG_CHAIN_END if ends else 0)
+            at += 1
+    if fill:
+        fill(records)
+    return encode_records(records)

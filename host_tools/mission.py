@@ -42,6 +42,7 @@ class Mission:
     pose: np.ndarray  # (n, len(POSE_FIELDS))
     truth: np.ndarray  # (n, 4): step, x_m, y_m, heading_rad
     turn_rows: np.ndarray
+    ir: np.ndarray  # (n, 8) raw readings of the infrared sensors
     tick_us: np.ndarray  # from a STEP sent to its answer, as the robot's end saw it
     parameters: dict = field(default_factory=dict)
     stores: dict = field(default_factory=dict)
@@ -98,18 +99,19 @@ class MissionBuilder:
     def __init__(self):
         self._steps, self._states, self._reports, self._poses = [], {}, [], []
         self._sent, self._ticks_us = {}, []
-        self._seen, self._turns, self._points = set(), set(), set()
+        self._seen, self._turns, self._points, self._ir = set(), set(), set(), []
         self._parameters, self._stores, self._chunks = {}, {}, {}
         self._status = self._hello = self._link = self._info = None
         self.damaged = ""
 
-    def step(self, t_us, step, left, right, records):
+    def step(self, t_us, step, left, right, ir, records):
         """One STEP; a repeated one is the link's business, not the mission's."""
         if step in self._seen:
             return
         self._seen.add(step)
         self._sent[step] = t_us
         self._steps.append((step, left, right))
+        self._ir.append(ir)
         if records:
             self._reports.append((len(self._steps) - 1, records))
 
@@ -203,5 +205,6 @@ class MissionBuilder:
             np.array([self._states.get(int(step), -1) for step in steps[:, 0]], np.int64),
             np.array([at for at, _ in self._reports], np.int64), padded[0], padded[1], padded[2],
             poses, np.zeros((0, 4)) if truth is None else truth,
-            self._turn_rows(row), np.array(self._ticks_us, float),
+            self._turn_rows(row), np.array(self._ir, np.int16).reshape(len(steps), len(self._ir[0]) if self._ir else 0),
+            np.array(self._ticks_us, float),
             self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged)

@@ -65,7 +65,7 @@ def _take(builder, t_us, frame):
     except MessageError:
         return  # its CRC is right, so it is of another schema: a log must not bring its reader down
     if message.NAME == "STEP":
-        builder.step(t_us, fields.step, fields.left, fields.right, fields.uwb)
+        builder.step(t_us, fields.step, fields.left, fields.right, fields.ir, fields.uwb)
     elif message.NAME == "STEP_RSP":
         builder.answer(t_us, fields.step, fields.state)
     else:

@@ -46,6 +46,8 @@ def run_mission(args, home_path, folder, log, truth, progress):
                     emulator.boot()
                     emulator.start_core(USART if args.link == "pty" else link)
                     emulator.await_core()
+            elif args.link == "memory":
+                pass  # the core is in the robot's process
             elif relay is not None:
                 progress.note("Waiting for the core on %s (at most half a minute)." % relay.device)
                 watch.relay = relay.start()

@@ -3,12 +3,14 @@
 import os
 import warnings
 
-from host_tools.evaluate import pose_column
+from host_tools.result import pose_column
 from host_tools.map_file import KIND_OUTLINE
 from host_tools.score import obstacle_rings
 
 WALL, FLOOR, FURNITURE = "#b9bec4", "#fbfaf7", "#eceef0"
 OUTLINE, BARRIER, PATH, DOCK = "#c2410c", "#0f766e", "#3b82f6", "#15803d"
+GATE, WAY = "#7c3aed", "#57534e"
+REGIONS = ("#bfdbfe", "#fde68a", "#bbf7d0", "#fbcfe8", "#ddd6fe", "#fed7aa", "#a5f3fc", "#e7e5e4")
 WIDE_IN, LEFT_IN, RIGHT_IN, TOP_IN, BOTTOM_IN = 9.0, 0.5, 0.2, 0.95, 0.85
 
 
@@ -25,6 +27,8 @@ def draw_mission(path, home, mission, vector_map, result):
     axes = figure.add_axes([LEFT_IN / WIDE_IN, BOTTOM_IN / high, drawn / WIDE_IN, 1 - (TOP_IN + BOTTOM_IN) / high])
     _truth(axes, home)
     _estimate(axes, mission, vector_map)
+    if vector_map is not None:
+        _graph(axes, vector_map)
     axes.plot(*home.start, marker="o", markersize=7, color=DOCK, markeredgecolor="white", linestyle="none", label="dock", zorder=6)
     axes.set_aspect("equal")
     axes.margins(0.03)
@@ -64,6 +68,18 @@ def _estimate(axes, mission, vector_map):
         axes.plot(*zip(*xy), color=color, linewidth=1.5, marker=".", markersize=4, zorder=4,
                   label=None if kind in labels else kind)
         labels.add(kind)
+
+
+def _graph(axes, vector_map):
+    for region in vector_map.region_list:
+        for polygon in [] if region.polygon.is_empty else [region.polygon]:
+            axes.fill(*polygon.exterior.xy, color=REGIONS[region.number % len(REGIONS)], alpha=0.35, linewidth=0, zorder=1.5)
+        if region.gate:
+            axes.plot(*zip(*region.gate), color=GATE, linewidth=2, zorder=5, label="gate" if region.number == 1 else None)
+    for number, edge in enumerate(vector_map.edge_list):
+        axes.plot(*zip(*(vector_map.node_list[n] for n in edge.nodes)), color=WAY, linewidth=0.6, zorder=3, label=None if number else "way")
+    if vector_map.node_list:
+        axes.plot(*zip(*vector_map.node_list), color=WAY, marker="o", markersize=2.5, linestyle="none", zorder=5, label="turning node")
 
 
 def _subtitle(result):

@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 from host_tools import stm32_tools
+from host_tools.linker import LinkError, rom
 from host_tools.stm32_source import BOARD, PORT
 from host_tools.stm32_tools import ImageError
 
@@ -23,6 +24,11 @@ RAM_BYTES = 128 << 10                    # STM32F205
 FLASH_BYTES = 1 << 20
 STACK_BYTES = 12 << 10                   # the VM's own limit is 10 KiB (ports/qemu/main.c); C below it needs some more
 OF_THIS_IMAGE = ("firmware.elf", "firmware.map", "frozen_content.c", "frozen_content.o", "frozen_content.P", "main.o", "main.P")
+# Tells the VM that there is a module of its own more: rom.c_source writes it behind the frozen content.
+MODULE = {
+    "micropython.mk": "SRC_USERMOD_C += $(USERMOD_DIR)/module.c\n",
+    "module.c": '#include "py/obj.h"\nMP_REGISTER_MODULE(MP_QSTR_%s, %s_module);\n' % (rom.MODULE, rom.MODULE),
+}
 
 
 def environment():
@@ -38,10 +44,10 @@ def compiler():
 
 def vm_key(tree_hash):
     """Names what the VM's objects depend on: anything but the core and the heap."""
-    return hashlib.sha256("\n".join((tree_hash, compiler(), BOARD, FLAGS, OPTIMIZE, EMIT)).encode()).hexdigest()[:16]
+    return hashlib.sha256("\n".join((tree_hash, compiler(), BOARD, FLAGS, OPTIMIZE, EMIT, *MODULE.values())).encode()).hexdigest()[:16]
 
 
-def build(tree, manifest, heap_bytes, objects, folder, progress):
+def build(tree, core, manifest, heap_bytes, objects, folder, progress):
     """Leaves firmware.elf and frozen_content.c in the empty `folder`; fills or uses `objects`, the cache of the VM's own."""
     fresh = not objects.is_dir()
     if fresh:
@@ -53,9 +59,14 @@ def build(tree, manifest, heap_bytes, objects, folder, progress):
     else:
         progress("Building the image with the core ...")
         shutil.copytree(objects, folder, dirs_exist_ok=True)  # times of change are kept: make builds only what is missing
-    code, said = _make(tree, PORT, "BUILD=%s" % folder, "BOARD=" + BOARD, "FROZEN_MANIFEST=%s" % manifest, "CFLAGS_EXTRA=" + FLAGS,
-                       "COPT=" + OPTIMIZE, "MPY_CROSS_FLAGS=" + EMIT,
-                       "MICROPY_HEAP_SIZE=%d" % heap_bytes, "MICROPY_MPYCROSS=%s" % (folder / "mpy-cross" / "mpy-cross"))
+    variables = ["BUILD=%s" % folder, "BOARD=" + BOARD, "FROZEN_MANIFEST=%s" % manifest, "CFLAGS_EXTRA=" + FLAGS,
+                 "COPT=" + OPTIMIZE, "MPY_CROSS_FLAGS=" + EMIT, "USER_C_MODULES=%s" % _module(objects.parent),
+                 "MICROPY_HEAP_SIZE=%d" % heap_bytes, "MICROPY_MPYCROSS=%s" % (folder / "mpy-cross" / "mpy-cross")]
+    frozen = folder / "frozen_content.c"
+    code, said = _make(tree, PORT, frozen, *variables)
+    if code == 0:
+        _put_into_flash(core, frozen)
+        code, said = _make(tree, PORT, *variables)
     if code:
         _complain(said, heap_bytes)
     if fresh:
@@ -65,6 +76,23 @@ def build(tree, manifest, heap_bytes, objects, folder, progress):
 def _make(tree, where, *variables):
     return stm32_tools.run(["make", "-j2", "-C", str(tree / where), "PYTHON=" + sys.executable, *variables],
                            env=dict(environment(), GIT_CEILING_DIRECTORIES=str(tree.parent)))
+
+
+def _module(cache):
+    folder = cache / "module" / rom.MODULE
+    for name, text in MODULE.items():
+        folder.mkdir(parents=True, exist_ok=True)
+        if not (folder / name).is_file() or (folder / name).read_text(encoding="utf-8") != text:
+            (folder / name).write_text(text, encoding="utf-8")
+    return folder.parent
+
+
+def _put_into_flash(core, frozen):
+    try:
+        text = frozen.read_text(encoding="utf-8")
+        frozen.write_text(text + rom.c_source(core.source, text), encoding="utf-8")
+    except LinkError as error:
+        raise ImageError("The core cannot be put into flash: %s" % error) from None
 
 
 def _complain(said, heap_bytes):

@@ -10,7 +10,8 @@ from host_tools.stm32_tools import ImageError
 
 FROZEN_NAMES = re.compile(r"mp_frozen_names\[\] = \{(.*?)\};", re.S)
 # mpy-tool names the data of a module KIND_MODULE_FUNCTION, both with _ for what is no letter.
-KINDS = re.compile(r"^(?:fun_data|children|const_qstr_table_data|const_obj_table_data|const_obj|raw_code|proto_fun|frozen_module)_(.*)$")
+KINDS = re.compile(r"^(?:fun_data|children|const_qstr_table_data|const_obj_table_data|const_obj|raw_code|proto_fun|frozen_module|"
+                   r"rom_names|rom_make|rom)_(.*)$")
 
 
 def examine(elf, frozen_content, core, heap_bytes):

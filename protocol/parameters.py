@@ -33,7 +33,7 @@ PARAMETERS = (
     ("anchor_y", "mm", ANCHORS_MAX, -500000, 500000, 0),
     ("anchor_height", "mm", ANCHORS_MAX, 0, 10000, 2300),  # above the receiver
     ("mode", "", 1, 0, 1, 0),                      # 0 improved, 1 paper
-    ("flags", "bits", 1, 0, 65535, 0x3F),          # improvements switched on: bit i is FLAGS[i]
+    ("flags", "bits", 1, 0, 65535, 0x1FBF),         # improvements switched on: bit i is FLAGS[i]
     ("tick_ms", "ms", 1, 0, 100, 0),               # free run: a STEP waits for this grid of the core's clock; 0 lockstep
 )
 
@@ -47,4 +47,10 @@ FLAGS = (
     ("distance_fixes", 1, "also take a fix each 1.5 m between turning points"),
     ("weighted_fixes", 1, "weigh a fix against dead reckoning by the accuracy of both, instead of replacing outright"),
     ("eq1_literal", 0, "heading rate as eq. 1 prints it, 2 (v_r - v_l) / W: it doubles the heading"),
+    ("filter", 1, "an extended Kalman filter of position and heading in place of the replacement rule"),
+    ("self_calibration", 1, "the filter also learns unequal wheels and the true track, and calibrates dead reckoning"),
+    ("manhattan", 1, "the filter takes the heading from walls that stand square to each other, where a vote finds such"),
+    ("landmarks", 1, "the filter takes walls of the outline that are met again, where fixes do not bound the error"),
+    ("transmitter_gamma", 1, "where shadowing is a field of the place, learn gamma of each transmitter (eq. 3)"),
+    ("kidnap", 1, "notice by UWB that the robot was set down elsewhere, find its place there, and go on (with flag filter)"),
 )

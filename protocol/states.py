@@ -18,7 +18,7 @@ BUMP = 13
 FAILED = 14         # ended without a closed outline; STATUS_RSP.reason says why
 DONE = 15
 STUCK = 16
-LOST = 17
+LOST = 17           # set down elsewhere: UWB contradicts what dead reckoning says
 
 NAMES = (
     "BOOT", "INIT", "FIND_WALL", "ALIGN", "FOLLOW", "CORNER_IN", "CORNER_OUT", "CLOSE_CHECK", "SELECT",
@@ -26,7 +26,7 @@ NAMES = (
 )
 
 # STATUS_RSP.degraded, bit by bit: the store that ran full
-DEGRADED = ("vectors", "chains")
+DEGRADED = ("vectors", "chains", "topology", "search")
 
 # STATUS_RSP.reason
 REASON_NONE = 0
@@ -35,8 +35,9 @@ REASON_NO_WALL = 2          # nothing to follow within reach
 REASON_STORE_FULL = 3       # ended in good order with what fits
 REASON_STUCK = 4            # boxed in, backing off did not help
 REASON_TOO_LONG = 5         # path limit without a closed outline
+REASON_LOST = 6             # set down elsewhere, and UWB does not tell where
 
 REASONS = (
     "running", "outline closed", "no wall found within reach", "a store is full", "stuck: no way out found",
-    "path limit reached without a closed outline",
+    "path limit reached without a closed outline", "set down elsewhere, and UWB does not tell where",
 )

@@ -35,7 +35,10 @@ def arguments():
         prog="sim_device", allow_abbrev=False, description="The virtual robot in a home, in lockstep with a core on a pty.", epilog=EPILOG)
     add = parser.add_argument
     add("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
-    add("--link", metavar="PATH", required=True, help="the name to give the pty on which the core is awaited")
+    link = parser.add_mutually_exclusive_group(required=True).add_argument
+    link("--link", metavar="PATH", help="the name to give the pty on which the core is awaited")
+    link("--core", metavar="MODULE:CLASS", help="in place of that: the core to run in this process, as firmware_py.device:Device")
+    add("--core-folder", metavar="DIR", help="where to look for it first")
     add("--tap", metavar="PATH", action="append", default=[], help="the name of a pty for a viewer (may be given again)")
     add("--robot", metavar="TOML", help="the robot's configuration (default: the one shipped)")
     add("--uwb", default="paper", choices=("paper", "rssi_real", "tof", "tof_nlos", "none"), help="how good the UWB receiver is")
@@ -47,7 +50,7 @@ def arguments():
     add("--truth", metavar="FILE", help="keep the true path: <I3d> step, x, y, theta")
     add("--map", metavar="FILE", help="keep the map that the core sends at the end")
     add("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
-    add("--max-robot-s", type=positive, default=3600.0, metavar="S", help="give up after that much robot time")
+    add("--max-robot-s", type=positive, default=14400.0, metavar="S", help="give up after that much robot time")
     add("--wait", type=positive, default=30.0, metavar="S", help="for the core's first word")
     add("--json-lines", action="store_true", help="events as JSON lines on stdout")
     add("--version", action="version", version="sim_device " + version())
@@ -94,8 +97,10 @@ def settings(options, told):
 
 def check_names(options):
     """One name, one file: a tap would otherwise take the link's place, a log the truth's or even the home's."""
-    if not options.link:
+    if not options.link and not options.core:
         raise InputError("--link is empty: give the name that the core shall open")
+    if options.core and options.realtime:
+        raise InputError("--realtime does not go with --core, which has no clock of its own: give --link and start the core on it")
     taken = {_place(path): what for what, path in (("the home", options.home), ("--robot", options.robot)) if path and os.path.isfile(path)}
     named = [("--" + what, getattr(options, what)) for what in ("link", "log", "truth", "map")]
     for what, path in named + [("--tap", path) for path in options.tap]:
@@ -148,6 +153,7 @@ def mission(options, report, signals):
     # Imported here: --version and a wrong argument need none of it.
     from sim_device.config import RobotError, load_robot
     from sim_device.home import HomeError, load_home
+    from sim_device.links.memory import MemoryLink
     from sim_device.links.peer import PeerError
     from sim_device.links.pty import LinkError, Pty
     from sim_device.links.tap import Taps
@@ -166,10 +172,11 @@ def mission(options, report, signals):
             log = options.log and stack.enter_context(contextlib.closing(FrameLog(options.log, home=home.name, **notes)))
             truth = options.truth and stack.enter_context(contextlib.closing(TruthFile(options.truth)))
             keep = options.map and stack.enter_context(contextlib.closing(GrowingFile(options.map)))
-            link = stack.enter_context(contextlib.closing(Pty(options.link)))
+            link = MemoryLink(options.core, options.core_folder) if options.core else Pty(options.link)
+            stack.enter_context(contextlib.closing(link))
             taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
             session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals)
-            report.event("ready", home=home.name, link=options.link, pty=link.name, taps=options.tap, seed=options.seed)
+            report.event("ready", home=home.name, link=options.link or options.core, pty=link.name, taps=options.tap, seed=options.seed)
             end = session.run(options.wait)
             if keep and session.map_bytes is not None:
                 keep.add(session.map_bytes)

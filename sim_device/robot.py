@@ -27,7 +27,7 @@ ODOMETRY = {
 
 
 # Pose and contact of the disc. Invariant: after every move the centre is at
-# least radius_m from every wall. Only drive() writes.
+# least radius_m from every wall. Only drive() and put() write.
 class Body:
     def __init__(self, config, nearby, start, odometry, seed):
         preset = ODOMETRY[odometry]
@@ -79,6 +79,17 @@ class Body:
         self.theta_rad = math.remainder(self.theta_rad + turn, 2 * math.pi)
         self.cos = math.cos(self.theta_rad)
         self.sin = math.sin(self.theta_rad)
+        self._feel()
+
+    def put(self, x_m, y_m, theta_rad):
+        """Standing there, wherever it was before; the place must be legal."""
+        self.x_m = x_m
+        self.y_m = y_m
+        self.theta_rad = math.remainder(theta_rad, 2 * math.pi)
+        self.cos = math.cos(self.theta_rad)
+        self.sin = math.sin(self.theta_rad)
+        self._left_m_s = self._right_m_s = 0.0
+        self._room_m = 0.0
         self._feel()
 
     def _motor(self, wanted, now):

@@ -32,7 +32,7 @@ _PARAM_STATUS = {
 # mission, the second also what is asked afterwards. `truth` gets the true pose of every step.
 class Session:
     def __init__(self, pty, taps, robot, report, log=None, truth=None, settings=None,
-                 realtime=False, max_robot_s=3600.0, stop=lambda: 0):
+                 realtime=False, max_robot_s=14400.0, stop=lambda: 0):
         self.robot = robot
         self.peer = Peer(pty, taps, log, self._stops)
         self.step = 0

@@ -53,6 +53,14 @@ class VirtualRobot:
         self.body.drive(left_mm_s, right_mm_s)
         self.tick += 1
 
+    def kidnap(self, x_m, y_m, theta_rad):
+        """Lift the robot and set it down there, standing; its wheels do not notice."""
+        gap = self.world.clearance(x_m, y_m, self.config.radius_m + 1)
+        if gap < self.config.radius_m:
+            raise RobotError(f"the robot cannot be set down at ({x_m:g}, {y_m:g}) in {self.home.name}: a wall is {gap:.3f} m away; "
+                             f"its radius is {self.config.radius_m:g} m.")
+        self.body.put(x_m, y_m, theta_rad)
+
     def parameters(self):
         """{parameter name: [ints]}: everything that the core must be told before the first step."""
         x, y = self.home.start

@@ -1,10 +1,12 @@
 # Direction control (Paper 3.1, Fig. 2): the state machine that drives the robot round the outline.
 
-from ..fixed import sine, cosine, isqrt
+from ..fixed import isqrt
+from .bumper import Bumper, KNOWN, OFTEN
 from .follower import NO_WALL, BOXED_IN
 from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
-from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, BUILD, BUMP, FAILED, STUCK
+from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, SELECT, GOTO, SWEEP, BUILD, BUMP, FAILED, STUCK
+from .traveller import Traveller, AT_WALL, LOST
 
 _WINDOW_FOLLOW = const(3641)    # the reference lies from -200 to +20 degrees ...
 _WINDOW_ALIGN = const(29100)    # ... but any wall will do to align with
@@ -13,17 +15,14 @@ _FRONT_MM = const(50)           # free way left when FIND_WALL calls it a wall
 _SPIRAL_MM = const(20000)       # straight that far without a wall: spiral
 _SPIRAL = const(73)             # 73 sqrt(256 s / mm) BAM = sqrt(4 pi s / m) rad: one metre wider each turn
 _ARC_BAM = const(72818)         # 400 degrees of arc without a wall
+_POCKET_BAM = const(72818)     # 400 degrees to the left
+_CLOSE_MM = const(8)
 _BOXED_TICKS = const(400)       # 8 s
 _WATCH_TICKS = const(150)       # 3 s: less than 4 cm in that time is dithering before a gap
 _WATCH_MM = const(40)
 _WARY_MM = const(24)            # wary: every gap under 45 cm is a wall
 _WARY_PATH_MM = const(1500)
-_BUMP_TICKS = const(500)        # 10 s
-_BUMPS_MAX = const(8)
 _STUCK_MAX = const(6)
-_CLEAR_MM = const(20)           # a hit that near to the body explains a bump
-_BACK_MM = const(40)
-_BUMP_TURN = const(6736)        # 37 degrees
 
 
 class Explorer:
@@ -32,14 +31,18 @@ class Explorer:
     # started, abandoned: set for the one tick in which a barrier's following begins / is given up.
     # Writes: the hit ring (bumps), Follower.disc_mm, tight_mm. Allocates nothing after __init__.
 
-    def __init__(self, odometry, hits, infrared, ir_state, follower):
+    def __init__(self, odometry, hits, infrared, ir_state, follower, here):
         self.state = INIT
         self.mapping = False
         self.closing = False      # the outline is closed; the overlap is walked for the closure error
         self.started = False
         self.abandoned = False
+        self.inside = False       # the outline is known: what is left are the barriers inside
+        self.outcome = 0          # of the last way gone (traveller.py)
         self.motion = Motion()
-        self.bumps = 0
+        self.bumper = Bumper(odometry, hits, follower, self.motion)
+        self.traveller = Traveller()
+        self._here = here
         self.stuck = 0
         self.walls_tried = 0
         self._odometry = odometry
@@ -48,7 +51,6 @@ class Explorer:
         self._ir_state = ir_state
         self._follower = follower
         self._disc_mm = 200
-        self._squeeze_q4 = 0      # millimetres added to the disc after a bump, decaying
         self._resume = FIND_WALL
         self._leg_mm = 0          # path at the start of the present straight, arc or back-off
         self._leg_turn = 0
@@ -62,8 +64,6 @@ class Explorer:
         self._wary_to_mm = 0      # path up to which no narrow passage is entered
         self._watch_tick = 0
         self._watch_mm = 0
-        self._recent_tick = 0
-        self._recent_bumps = 0
         self._bump_held = False
 
     def begin(self, body_mm, gap_mm, speed_mm_s, turn_mrad_s, track_um):
@@ -93,11 +93,16 @@ class Explorer:
             self._bumped(tick, bump)
             self.motion.stop()
         elif state == BUMP or state == STUCK:
-            self._back_off()
+            if self.bumper.back_off():
+                self.state = self._resume
         elif state <= FIND_WALL:
             self._find_wall(tick, ultrasonic_mm)
             if self.state == INIT and tick > 1:
                 self.state = FIND_WALL
+        elif state == SELECT:
+            self.motion.stop()
+        elif GOTO <= state <= SWEEP:
+            self._travel(tick, ultrasonic_mm)
         else:
             self._roll(tick, ultrasonic_mm)
         self._bump_held = bump != 0
@@ -111,7 +116,19 @@ class Explorer:
         self.arcing = False
         self._start_leg()
         self._course_turn = self._odometry.turn_bam + 14000 - (self.walls_tried * 5461 & 0x3FFF)
-        self.state = FIND_WALL
+        self.state = SELECT if self.inside else FIND_WALL
+
+    def halt(self):
+        # Whoever is on his way stops, and waits for something else to do.
+        self.motion.stop()
+        self.state = SELECT
+
+    def go_to(self, x_mm, y_mm, wall, state):
+        # state: GOTO to a barrier, SWEEP to a place that nobody has seen.
+        self.traveller.begin(x_mm, y_mm, wall)
+        self._course_held = False
+        self.outcome = 0
+        self.state = state
 
     def end(self, state):
         self.state = state
@@ -142,13 +159,35 @@ class Explorer:
         if not self._watch(tick):
             self.motion.head(error, f.gap_mm, ultrasonic_mm)
 
+    def _travel(self, tick, ultrasonic_mm):
+        o = self._odometry
+        t = self.traveller
+        if not tick & 1:
+            said = t.step(self._here, self._follower, o.path_mm)
+            if said:
+                if said != LOST:
+                    self.stuck = 0  # out of whatever it was
+                self.outcome = said
+                self.motion.stop()
+                self._start_leg()
+                self.state = ALIGN if said == AT_WALL else SELECT
+                return
+            if not t.around:
+                self._leg_turn = o.turn_bam
+                self._course_turn = self._looked_turn + t.heading_bam
+                self._course_held = True
+        if t.around:
+            self._roll(tick, ultrasonic_mm)
+        elif self._course_held and not self._watch(tick):
+            self.motion.head(self._course_turn - o.turn_bam, self._follower.gap_mm, ultrasonic_mm)
+
     def _roll(self, tick, ultrasonic_mm):
         f = self._follower
         o = self._odometry
-        if self._squeeze_q4:
-            self._squeeze_q4 -= 1
-        f.disc_mm = self._disc_mm + (self._squeeze_q4 >> 4)
+        f.disc_mm = self._disc_mm + self.bumper.keep_off_mm()
         f.tight_mm = f.body_mm + 4
+        if self.state >= GOTO and o.turn_bam - self._leg_turn > _POCKET_BAM:
+            f.disc_mm = f.body_mm + _CLOSE_MM  # round the inside of a pocket: out by the gap that let it in
         if self._watch(tick):
             return
         if o.path_mm < self._wary_to_mm:
@@ -172,6 +211,9 @@ class Explorer:
         if self._boxed:
             self._boxed -= 2
         if heading == NO_WALL:
+            if self.state >= GOTO:
+                self.traveller.around = False
+                return
             if not self.arcing:
                 self._start_leg()
             self.arcing = True
@@ -187,7 +229,7 @@ class Explorer:
         self.motion.head(heading, f.gap_mm, ultrasonic_mm)
         if self.mapping:
             self._mode()
-        else:
+        elif self.state < GOTO:
             self._align(heading)
 
     def _watch(self, tick):
@@ -235,55 +277,23 @@ class Explorer:
             self.state = FOLLOW
 
     def _bumped(self, tick, bump):
-        o = self._odometry
-        f = self._follower
-        self.bumps = (self.bumps + 1) & 0xFFFF
-        nearest = f.nearest_mm
-        x_mm = o.x_um // 1000
-        y_mm = o.y_um // 1000
-        for sector in range(8):
-            if bump >> sector & 1:
-                b = o.heading_bam + sector * 8192
-                self._hits.add(x_mm + (f.body_mm * cosine(b) >> 15), y_mm + (f.body_mm * sine(b) >> 15), tick)
-        if tick - self._recent_tick > _BUMP_TICKS:
-            self._recent_tick = tick
-            self._recent_bumps = 0
-        self._recent_bumps += 1
         if self.state <= FIND_WALL:
             self._start_leg()
             self.state = ALIGN
-        if self._recent_bumps > _BUMPS_MAX:
-            self._recent_bumps = 0
+        said = self.bumper.touch(tick, bump)
+        if said == OFTEN:
             self._hits.clear()
             self._got_stuck()
-            return
-        if nearest < f.body_mm + _CLEAR_MM and self._squeeze_q4 < 256:
-            self._squeeze_q4 += 128  # a wall that is known: keep 8 mm more from it for a while
-            return
-        self._resume = self.state
-        self._start_leg()
-        self.state = BUMP
+        elif said != KNOWN:
+            self._resume = self.state
+            self.state = BUMP
 
     def _got_stuck(self):
         self.stuck += 1
         if self.stuck > _STUCK_MAX:
-            self.state = FAILED
-            self.motion.stop()
+            self.end(FAILED)
             return
-        self._resume = FOLLOW if self.mapping else ALIGN
-        self._start_leg()
+        self._resume = FOLLOW if self.mapping else SELECT if self.inside else ALIGN
+        self.outcome = LOST
+        self.bumper.begin()
         self.state = STUCK
-        self.motion.stop()
-
-    def _back_off(self):
-        # Back 4 cm, then left 37 degrees: that sweeps the blind sector. Half a second at least.
-        o = self._odometry
-        self._ticks += 1
-        far = o.path_mm - self._leg_mm
-        if far < _BACK_MM and self._ticks < 60:
-            self.motion.drive(-100, 0)
-        elif o.turn_bam - self._leg_turn < _BUMP_TURN and self._ticks < 150:
-            self.motion.drive(0, 1500)
-        else:
-            self.state = self._resume
-            self.motion.stop()

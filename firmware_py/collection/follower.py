@@ -5,12 +5,14 @@ from array import array
 from . import rolling
 from .rolling import REACH_MM, BOXED_IN
 
-_LINEAR = const(109)          # BAM a millimetre: 6 degrees a cm outside the disc
-_STEEP = const(300)           # boxed in: 16 degrees a cm, so that only what the next 5 cm would touch is in the way
-_INSIDE = const(131)          # 1.2 times _LINEAR inside the disc
+LINEAR = const(109)           # BAM a millimetre: 6 degrees a cm outside the disc
+STEEP = const(300)            # boxed in: 16 degrees a cm, so that only what the next 5 cm would touch is in the way
+_INSIDE = const(131)          # 1.2 times LINEAR inside the disc
 _DEEPEST_MM = const(-90)
 _NARROW = const(10377)        # 57 degrees: the standing disc and the touching disc disagree
 _SHRINK_MM = const(4)
+_RIGHT_STEP = const(1456)
+_RIGHT_MOST = const(8736)
 
 NO_WALL = 1 << 20     # no point to roll along
 
@@ -59,21 +61,34 @@ class Follower:
         if self.reference_mm == REACH_MM:
             return NO_WALL
         disc = self.disc_mm
-        wide = self._scan(disc, _LINEAR)
-        if wide == BOXED_IN or (disc > self.tight_mm and wide != self._first(disc, _LINEAR)):
+        wide = self._scan(disc, LINEAR)
+        if wide == BOXED_IN or (disc > self.tight_mm and wide != self._first(disc, LINEAR)):
             wide = self._squeeze(disc, wide)
         return wide
 
+    def free(self, heading, disc_mm, slope):
+        # The heading nearest to this one that no hit blocks; to the right in steps of 8 degrees, 48 at most.
+        left = self._unblocked(heading, disc_mm, slope)
+        right = heading
+        while left - heading > heading - right and heading - right < _RIGHT_MOST:
+            right -= _RIGHT_STEP
+            if self._unblocked(right, disc_mm, slope) == right:
+                return right
+        return left
+
+    def _unblocked(self, heading, disc_mm, slope):
+        return rolling.first_free(self.near_bearing, self.near_mm, self._blocks, self.near, disc_mm, slope, heading, heading)
+
     def _squeeze(self, disc, wide):
         # More than the reference stands in the way.
-        tight = self._scan(self.tight_mm, _LINEAR)
+        tight = self._scan(self.tight_mm, LINEAR)
         # A narrow passage: the standing disc turns away where the body would pass.
         # Shrink until both agree; that centres the robot.
         while (wide - tight > _NARROW or tight - wide > _NARROW) and disc > self.tight_mm:
             disc -= _SHRINK_MM
-            wide = self._scan(disc, _LINEAR)
+            wide = self._scan(disc, LINEAR)
         if wide == BOXED_IN:
-            wide = self._scan(self.body_mm + 2, _STEEP)
+            wide = self._scan(self.body_mm + 2, STEEP)
         return wide
 
     def _first(self, disc_mm, slope):

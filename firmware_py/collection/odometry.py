@@ -8,7 +8,7 @@ _PULSES_MAX = const(64)  # a tick; more than 1.4 m/s is a broken encoder (fewer 
 
 class Odometry:
     # Pose in the ODOMETRY frame: x_um, y_um, heading_bam (0..65535). It begins at the
-    # dock pose and is never corrected; localization.py keeps the correction beside it.
+    # dock pose, after a kidnapping anew, and is never corrected; localization.py keeps the correction beside it.
     #
     # No fraction is lost: heading is an exact multiple of the pulse difference, and the
     # remainders of distance and of both coordinates are carried from tick to tick.
@@ -26,6 +26,8 @@ class Odometry:
         self._pulses_max = _PULSES_MAX
         self._um_q12 = 0         # micrometres a pulse
         self._bam_q13 = 0        # BAM a pulse of difference
+        self._told_q13 = 0       # the same by the parameters
+        self._drift_q13 = 0      # BAM a pulse of both: unequal wheels
         self._heading_q13 = 0
         self._midpoint = 1
         self._rest_um = 0
@@ -36,14 +38,24 @@ class Odometry:
         # Paper eq. 2: 2 pi R / N a pulse, with pi = 355/113.
         self._um_q12 = ratio(wheel_um * 355, 113, pulses, 12)
         # 65536 / (2 pi) * 2 pi R / (N W): pi cancels.
-        self._bam_q13 = ratio(wheel_um, track_um, pulses, 28)
-        # What a tick may bring so that every product of update() stays below 2**30.
-        self._pulses_max = min(_PULSES_MAX, (1 << 27) // (self._um_q12 + 1), (1 << 28) // (self._bam_q13 + 1) - 1)
+        self._bam_q13 = self._told_q13 = ratio(wheel_um, track_um, pulses, 28)
+        # What a tick may bring so that every product of update() stays below 2**30, calibrated too.
+        most = self._bam_q13 + (self._bam_q13 >> 4) + 1
+        self._pulses_max = min(_PULSES_MAX, (1 << 27) // (self._um_q12 + 1), (1 << 28) // most - 1)
         self._midpoint = midpoint
+        self.place(x_um, y_um, heading_bam)
+
+    def place(self, x_um, y_um, heading_bam):
+        # At the dock; and where a robot that was carried finds itself.
         self.x_um = x_um
         self.y_um = y_um
         self.heading_bam = heading_bam
         self._heading_q13 = heading_bam << 13
+
+    def calibrate(self, drift, track):
+        # From here on the heading drifts by so much more (1/4 BAM a metre) and turns by so much faster (1/65536).
+        self._drift_q13 = self._um_q12 // 1000 * drift // 4000
+        self._bam_q13 = self._told_q13 + self._told_q13 // 64 * track // 1024
 
     def update(self, left, right):
         most = self._pulses_max
@@ -51,7 +63,8 @@ class Odometry:
             self.glitches = (self.glitches + 1) & 0xFFFF
             left = right = 0
         was = self.heading_bam
-        turn = (self._heading_q13 + (right - left) * self._bam_q13) & 0x1FFFFFFF
+        turn = (right - left) * self._bam_q13 + (left + right) * self._drift_q13
+        turn = self._heading_q13 + turn & 0x1FFFFFFF
         self._heading_q13 = turn
         turn >>= 13
         turned = ((turn - was + 32768) & 0xFFFF) - 32768

@@ -1,7 +1,7 @@
 # UWB reports to the deviation of the position (Paper eq. 3), integers only.
 
 from array import array
-from ..fixed import power2
+from ..fixed import isqrt, power2
 from ..limits import ANCHORS_MAX
 
 SOURCE_NONE = 0
@@ -9,7 +9,7 @@ SOURCE_STRENGTH = 1
 SOURCE_TIME_OF_FLIGHT = 2
 
 _RECORDS_MAX = const(15)       # as many as a STEP holds
-_RECORDS = const(4)            # worked off a tick: a report comes in one of five
+_RECORDS = const(8)            # worked off a tick: a report comes in one of five, and the filter needs two of them
 _RANGE_MAX_MM = const(40000)
 _LOSS_MAX = const(20000)       # cdB from the level at 1 m, either way
 _AGE_SHIFT = const(5)          # each report fades the older ones by 1/32: about three seconds of them count
@@ -19,9 +19,13 @@ _RESIDUAL_MAX_MM = const(900)
 _TOF_SIGMA_MM = const(100)
 _DEVIATION_MAX_MM = const(800) # a range less accurate than that has no weight
 _SOLUTION_MAX_MM = const(4000) # farther off, the geometry is too poor
+_WEIGHT = const(640000)         # 64 for a range of 100 mm
+_NOISE_CDB = const(50)
 _SEEN_SHIFT = const(3)         # over the last eight reports or so
 _SEEN_MAX_MM = const(2000)
 _TRUSTED = const(3000)         # 29 mm: what dead reckoning is trusted for where the ranges say little
+_STRIFE_MAX = const(99)
+_WALLS_MM = const(1000)        # so far walls may draw the estimate away, where ranges are by time of flight
 _UNIT = const(2560000)         # square millimetres times information
 
 # Places in `scope`, an array "i": first a11, a12, a22, b1, b2, the sums
@@ -31,7 +35,10 @@ _FIRST = const(7)              # in the table of parameters: the transmitters' x
 _GAMMA = const(8)              # 0: ranges by time of flight
 _SPREAD = const(9)             # relative deviation of a range, Q12
 _ALPHA = const(10)             # Q12
-_PRIOR = const(11)             # _TRUSTED, or 0: dead reckoning is not weighed in
+PRIOR = const(11)              # _TRUSTED, or 0: dead reckoning is not weighed in
+SLACK = const(12)              # mm that the estimate may be off, beside what the range may
+_WORTH = const(13)             # a range's weight times its variance
+_FAR = const(14)               # the deviation beyond which a range has no weight
 
 
 class Uwb:
@@ -41,7 +48,8 @@ class Uwb:
     #   add(values, first, x_mm, y_mm): takes the records of a STEP, seen from the estimate
     #   work(): treats some of those waiting; a report at once would be twice what the rest of a step costs
     #   solve(): dx_mm, dy_mm, reports -> False when the geometry or the reports are too few
-    #   clear(): after the estimate was replaced
+    #   next(x, y): instead of work(), the next of the strengths waiting -> its transmitter is dx_mm, dy_mm from there
+    #   clear(): after the estimate was replaced; forget(): after the robot was set down elsewhere
     # variance_mm2: of one axis of the solution. A and its right-hand side hold information: 1 is worth
     # a deviation of 1600 mm (1 / 2.56e6 a square millimetre). Allocates in __init__ only.
 
@@ -51,20 +59,28 @@ class Uwb:
         self.variance_mm2 = 0
         self.reports = 0
         self.outliers = 0
+        self.static = 0        # the ranges' errors are a field of the place
+        self.anchor = 0        # next(): the transmitter
+        self.loss_cdb = 0
+        self.far_mm = 0
+        self.gamma = 0
+        self.sigma_cdb = 0
+        self.contradicted = False  # the last report contradicts the estimate
+        self.strife = 0        # so many reports, one after the other or nearly so
         self._source = 0
         self._anchors = 0
         self._table = None
         self._level_1m = 0
         self._level_min = 0
         self._seen_mm = array("h", bytes(2 * ANCHORS_MAX))
-        self._scope = array("i", bytes(48))
+        self.scope = array("i", bytes(60))
         self.waiting = 0
-        self._counted = False  # the present report has made a difference
+        self._told = 0         # of the present report: what weigh() said
         self._queue = array("i", bytes(4 * _RECORDS_MAX))  # transmitter << 16 | range in mm, or loss + _LOSS_MAX
 
-    def begin(self, parameters, weighted):
-        scope = self._scope
-        scope[_PRIOR] = _TRUSTED if weighted else 0
+    def begin(self, parameters, weighted, filtered=0):
+        scope = self.scope
+        scope[PRIOR] = _TRUSTED if weighted else 0
         self._source = parameters.of("uwb_source")
         self._anchors = parameters.of("anchor_count")
         self._table = parameters.values
@@ -73,20 +89,34 @@ class Uwb:
         self._level_min = parameters.of("uwb_level_min")
         gamma = parameters.of("uwb_gamma")
         sigma = parameters.of("uwb_sigma")
+        self.gamma = gamma
+        self.sigma_cdb = sigma
         scope[_GAMMA] = gamma if self._source == SOURCE_STRENGTH else 0
         # s = ln 10 sigma / (10 gamma); alpha = exp(-s^2 / 2), to the second order
         s = sigma * 9431 // gamma           # Q12: ln(10) / 10 * 4096 * 10
         scope[_SPREAD] = s if s > 20 else 20
         scope[_ALPHA] = 4096 - (s * s >> 13) if s < 2048 else 3584
+        # Shadowing beyond a receiver's own noise is a property of the place: averaging does not help against it.
+        self.static = filtered and scope[_GAMMA] and sigma > _NOISE_CDB
+        scope[_WORTH] = _WEIGHT
+        scope[_FAR] = 30000 if filtered else _DEVIATION_MAX_MM
 
     def clear(self):
         for i in range(5):
-            self._scope[i] = 0
+            self.scope[i] = 0
         self.reports = 0
+
+    def forget(self):
+        # What was told was told of another place.
+        self.clear()
+        self.waiting = 0
+        self.strife = 0
+        for i in range(ANCHORS_MAX):
+            self._seen_mm[i] = 0
 
     def shift(self, dx_mm, dy_mm):
         # The estimate has moved by (dx, dy): the reports that count now deviate by so much less.
-        s = self._scope
+        s = self.scope
         s[_X] += dx_mm
         s[_Y] += dy_mm
         if (s[0] + s[2] >> 10) * (abs(dx_mm) + abs(dy_mm)) > 1 << 19:
@@ -102,11 +132,13 @@ class Uwb:
             return
         while self.waiting:
             self.work()  # reports come faster than they are worked off
-        self._scope[_X] = x_mm
-        self._scope[_Y] = y_mm
-        self._counted = False
+        self.scope[_X] = x_mm
+        self.scope[_Y] = y_mm
+        self._told = 0
         for i in range(5):
-            self._scope[i] -= self._scope[i] >> _AGE_SHIFT
+            self.scope[i] -= self.scope[i] >> _AGE_SHIFT
+        if abs(self.scope[3]) > 1 << 28 or abs(self.scope[4]) > 1 << 28:
+            self.clear()  # near and exact transmitters that contradict the estimate, all of them
         queue = self._queue
         anchors = self._anchors
         weakest = self._level_min
@@ -129,16 +161,40 @@ class Uwb:
     def work(self):
         n = self.waiting
         self.waiting = n - _RECORDS if n > _RECORDS else 0
-        n = weigh(self._scope, self._queue, self._table, self._seen_mm, self.waiting, n)
-        self.outliers = self.outliers + (n >> 8) & 0xFFFF
-        if n & 0xFF and not self._counted:
-            self._counted = True
-            if self.reports < 1000:
-                self.reports += 1
+        n = weigh(self.scope, self._queue, self._table, self._seen_mm, self.waiting, n)
+        self.outliers = self.outliers + (n >> 8 & 255) & 0xFFFF
+        if n & 0xFF and not self._told & 0xFF and self.reports < 1000:
+            self.reports += 1
+        self._told += n
+        if self.waiting == 0:
+            # Walls make a range longer, never shorter: who is told that he is nearer to transmitters than he can be, and to half
+            # as many as agree with him, is not where he thinks, whatever stands between.
+            n = self._told >> 16
+            self.contradicted = n > 0 and 2 * n >= self._told & 0xFF and (self._told >> 8) + self._told & 0xFF > 3
+            self.strife = min(self.strife + 1, _STRIFE_MAX) if self.contradicted else max(self.strife - 2, 0)
+
+    def next(self, x_mm, y_mm):
+        # Of a report of strengths one transmitter: dx_mm, dy_mm the way there, far_mm with its height. -> False: out of reach
+        n = self.waiting - 1
+        self.waiting = n
+        n = self._queue[n]
+        self.anchor = n >> 16
+        self.loss_cdb = (n & 0xFFFF) - _LOSS_MAX
+        n = self.scope[_FIRST] + self.anchor
+        table = self._table
+        x_mm = table[n] - x_mm
+        y_mm = table[n + ANCHORS_MAX] - y_mm
+        self.dx_mm = x_mm
+        self.dy_mm = y_mm
+        if not (-_AXIS_MAX_MM < x_mm < _AXIS_MAX_MM and -_AXIS_MAX_MM < y_mm < _AXIS_MAX_MM):
+            return False
+        n = table[n + 2 * ANCHORS_MAX]
+        self.far_mm = isqrt(x_mm * x_mm + y_mm * y_mm + n * n)
+        return self.far_mm > 0
 
     def solve(self):
-        scope = self._scope
-        prior = scope[_PRIOR]
+        scope = self.scope
+        prior = scope[PRIOR]
         a = scope[0] + prior
         b = scope[1]
         c = scope[2] + prior
@@ -173,7 +229,7 @@ class Uwb:
 
 
 def weigh(scope, queue, table, seen_mm, begin, end):
-    # Adds the records queue[begin .. end) to the sums. -> how many counted, and the outliers << 8
+    # Adds the records queue[begin .. end) to the sums. -> how many counted, outliers << 8, those of them that are far too short << 16
     # A port may put machine code in its place: ports/rolling_viper.py.
     x_mm = scope[_X]
     y_mm = scope[_Y]
@@ -207,7 +263,7 @@ def weigh(scope, queue, table, seen_mm, begin, end):
         expected = expected + i // expected >> 1
         e = expected - d
         likely = deviation
-        if scope[_PRIOR]:
+        if scope[PRIOR]:
             # What this transmitter's ranges deviate by lately, if that is more than the model says: behind
             # walls it is many times as much.
             i = e if e >= 0 else -e
@@ -219,11 +275,14 @@ def weigh(scope, queue, table, seen_mm, begin, end):
         i = _GATE_MM + 4 * deviation
         if i > _RESIDUAL_MAX_MM:
             i = _RESIDUAL_MAX_MM
+        i += scope[SLACK]
         if e > i or e < -i:
-            told += 256
-        elif likely <= _DEVIATION_MAX_MM:
+            told += 65792 if e > i + (0 if gamma else _WALLS_MM) else 256
+        elif likely <= scope[_FAR]:
             # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
-            w = 640000 // (likely * likely) if likely > 25 else 1024  # 64 at 100 mm
+            w = scope[_WORTH] // (likely * likely) if likely > 25 else 1024
+            if w > 1024:
+                w = 1024
             dx = (dx << 6) // expected
             dy = (dy << 6) // expected
             scope[0] += w * dx * dx >> 10

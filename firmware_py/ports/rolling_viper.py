@@ -6,8 +6,10 @@
 
 import micropython
 
+from ..building import passage, sight
 from ..collection import infrared, rolling, uwb
 from ..collection.infrared_curve import RANGE_MM8
+from . import sight_viper
 from ..tables import ATAN_BAM, HYPOT_Q16, POWER2_Q16, SINE_Q15
 
 
@@ -17,6 +19,9 @@ def accelerate():
     rolling.seen_through = seen_through
     infrared.project = project
     uwb.weigh = weigh
+    sight.look = sight_viper.look
+    passage.narrow = sight_viper.narrow
+    passage.trace = sight_viper.trace
 
 
 @micropython.viper
@@ -213,13 +218,14 @@ def weigh(s: ptr32, records: ptr32, of: ptr32, lately: ptr16, begin: int, end: i
                 if i > likely:
                     likely = i
             i = 120 + 4 * deviation
-            i = i if i < 900 else 900
+            i = (i if i < 900 else 900) + s[12]
             if e > i or e < 0 - i:
-                told += 256
-            elif likely <= 800:
+                told += 65792 if e > i + (0 if gamma else 1000) else 256
+            elif likely <= s[14]:
                 w = 1024
                 if likely > 25:
-                    w = 640000 // (likely * likely)
+                    w = s[13] // (likely * likely)
+                    w = w if w < 1024 else 1024
                 dx = (dx << 6) // expected
                 dy = (dy << 6) // expected
                 s[0] = s[0] + (w * dx * dx >> 10)

@@ -7,8 +7,6 @@ from array import array
 from . import rolling_viper, stm32_registers as registers
 
 rolling_viper.accelerate()
-gc.collect()
-_code = gc.mem_alloc()  # imports so far: names and objects only, the code lies in flash
 
 USART = "usart2"        # the link's name where it is no path of the host
 
@@ -23,10 +21,6 @@ _COARSE = 240000
 _BINS = 48              # the last one holds all above
 
 
-class PortError(Exception):
-    pass
-
-
 class Port:
     # As unix.Port. read() returns at the end of a frame, or every 100 ms; over semihosting, where the emulator
     # stands still meanwhile, only when something has come: the time limits there are the host's business.
@@ -35,7 +29,8 @@ class Port:
     # leads into the fault handler.
 
     def __init__(self):
-        self.heap_code_bytes = _code
+        gc.collect()
+        self.heap_code_bytes = gc.mem_alloc()   # the VM's own: the core's names and functions lie in flash
         self.heap_bytes = gc.mem_alloc() + gc.mem_free()
         self.heap_boot_bytes = 0
         self.locked = 0
@@ -58,7 +53,7 @@ class Port:
         name = path.encode() + b"\0"
         self._handle = registers.semihost(_OPEN, name, _READ_WRITE_BINARY, len(name) - 1)
         if self._handle < 0:
-            raise PortError(path + " cannot be opened by the emulator")
+            raise OSError(path + " cannot be opened by the emulator")
 
     def close(self):
         registers.clock_stop()

@@ -1,7 +1,7 @@
 # Where the robot has been along the wall that it follows: how a loop is recognised.
 
 from array import array
-from ..fixed import sine, cosine
+from ..fixed import int16, sine, cosine
 from ..limits import CRUMBS_MAX
 
 _SPACING_MM = const(250)
@@ -29,7 +29,7 @@ class Breadcrumbs:
     def __init__(self):
         self._xs = array("h", bytes(2 * CRUMBS_MAX))
         self._ys = array("h", bytes(2 * CRUMBS_MAX))
-        self._turns = array("h", bytes(2 * CRUMBS_MAX))
+        self.turns = array("h", bytes(2 * CRUMBS_MAX))
         self.vectors = array("H", bytes(2 * CRUMBS_MAX))
         self._headings = bytearray(CRUMBS_MAX)
         self.used = 0
@@ -70,7 +70,7 @@ class Breadcrumbs:
             n -= 1
             i = self._cursor
             self._cursor = i + 1 if i + 1 < self.used else 0
-            wound = turn - self._turns[i]
+            wound = turn - self.turns[i]
             if 228 < wound < 284:
                 length = _OUTLINE_MM
             elif -284 < wound < -228:
@@ -111,7 +111,7 @@ class Breadcrumbs:
             for i in range(CRUMBS_MAX // 2):
                 self._xs[i] = self._xs[2 * i]
                 self._ys[i] = self._ys[2 * i]
-                self._turns[i] = self._turns[2 * i]
+                self.turns[i] = self.turns[2 * i]
                 self.vectors[i] = self.vectors[2 * i]
                 self._headings[i] = self._headings[2 * i]
             self.used = CRUMBS_MAX // 2
@@ -119,13 +119,9 @@ class Breadcrumbs:
             self._spacing_mm *= 2
             self._cursor = 0
         i = self.used
-        self._xs[i] = _int16(x_mm // 5)
-        self._ys[i] = _int16(y_mm // 5)
-        self._turns[i] = _int16(turn)
+        self._xs[i] = int16(x_mm // 5)
+        self._ys[i] = int16(y_mm // 5)
+        self.turns[i] = int16(turn)
         self.vectors[i] = vectors
         self._headings[i] = heading_bam >> 8
         self.used = i + 1
-
-
-def _int16(v):
-    return -32768 if v < -32768 else 32767 if v > 32767 else v

@@ -2,97 +2,89 @@
 
 from array import array
 
-_HEADER = const(12)
-_VECTOR = const(6)
-_CHAIN = const(4)
+from protocol.crc32_tables import T0, T1, T2, T3
+from protocol.map_code import HEADER_BYTES, MAGIC, MODEL_PLACES, MapCode, STEP_BYTES_MAX
+from protocol.range_code import AT
+from ..limits import CRUMBS_MAX, REGIONS_MAX
+
+assert CRUMBS_MAX >= MODEL_PLACES and 6 * REGIONS_MAX >= MODEL_PLACES
 
 
 class MapImage:
-    # "TVM1", vectors u16, chains u8, regions u8, nodes u8, edges u8, reserved u16; the vectors, the chains;
-    # CRC-32 of all before. byte(i) makes any one of them; no copy of the map is kept.
-    # begin() takes stock; step(n) adds n bytes to the CRC -> whole; once it is, size, generation and
-    # crc (low, high half) belong to what stood in the store at begin(). Nothing is allocated.
+    # A header, the map as protocol/map_code.py codes it, and the CRC-32 of all before; regions, nodes and edges once they are ready.
+    # begin() takes stock; step(n) codes n pieces -> whole; once it is, size, generation and crc (low, high half) belong to what stood
+    # in the store at begin(). byte(i) makes any byte of it: in order is fast, for one that came long before it begins again. No copy
+    # of the map is kept. The model takes a place that nobody needs: before there are regions, theirs; then the breadcrumbs'.
+    # Allocates in __init__ only.
 
-    def __init__(self, store):
+    def __init__(self, store, graph, crumbs):
         self.size = 0
         self.generation = -1
         self.whole = False
         self.crc = array("H", bytes(4))
         self._store = store
-        self._vectors = 0
-        self._chains = 0
-        self._at = 0
-        self._low = array("H", bytes(32))   # CRC-32 by half bytes
-        self._high = array("H", bytes(32))
-        for i in range(16):
-            low = i
-            high = 0
-            for _ in range(4):
-                odd = low & 1
-                low = low >> 1 | (high & 1) << 15
-                high >>= 1
-                if odd:
-                    low ^= 0x8320
-                    high ^= 0xEDB8
-            self._low[i] = low
-            self._high[i] = high
+        self._graph = graph
+        self._crumbs = crumbs
+        self._code = MapCode(store, graph)
+        self._last = bytearray(STEP_BYTES_MAX)   # of what is coded
+        self._model = None
 
     def begin(self):
-        s = self._store
-        self._vectors = s.used
-        self._chains = s.chains
-        self.generation = s.generation
-        self.size = _HEADER + self._vectors * _VECTOR + self._chains * _CHAIN + 4
-        self._at = 0
+        self.generation = self._store.generation
         self.whole = False
         self.crc[0] = self.crc[1] = 65535
+        for i in range(HEADER_BYTES):
+            self._sum(self._head(i))
+        self._again()
+
+    def _again(self):
+        self._model = self._spare()
+        self._code.begin(self._model, self._last, 0, STEP_BYTES_MAX - 1)
+
+    def _spare(self):
+        return self._crumbs.turns if self._graph.region_count else self._graph.regions
 
     def step(self, count):
-        if self.whole:
-            return True
-        low = self.crc[0]
-        high = self.crc[1]
-        while count and self._at < self.size - 4:
+        s = self._code.s
+        while count and not self.whole:
             count -= 1
-            low ^= self.byte(self._at)
-            self._at += 1
-            for _ in range(2):
-                i = low & 15
-                low = (low >> 4 | (high & 15) << 12) ^ self._low[i]
-                high = high >> 4 ^ self._high[i]
-        if self._at == self.size - 4:
-            low ^= 65535
-            high ^= 65535
-            self.whole = True
-        self.crc[0] = low
-        self.crc[1] = high
+            at = s[AT]
+            self.whole = self._code.step()
+            while at < s[AT]:
+                self._sum(self._last[at % STEP_BYTES_MAX])
+                at += 1
+            if self.whole:
+                self.crc[0] ^= 65535
+                self.crc[1] ^= 65535
+                self.size = HEADER_BYTES + at + 4
         return self.whole
 
+    def _sum(self, byte):
+        i = (self.crc[0] ^ byte) & 255
+        high = self.crc[1]
+        self.crc[0] = (self.crc[0] >> 8 | (high & 255) << 8) ^ (T0[i] | T1[i] << 8)
+        self.crc[1] = high >> 8 ^ (T2[i] | T3[i] << 8)
+
     def byte(self, i):
-        s = self._store
-        if i < _HEADER:
-            if i < 4:
-                return b"TVM1"[i]
-            if i == 4:
-                return self._vectors & 255
-            if i == 5:
-                return self._vectors >> 8
-            return self._chains if i == 6 else 0
-        i -= _HEADER
-        n = i // _VECTOR
-        if n < self._vectors:
-            i -= n * _VECTOR
-            if i < 2:
-                return s.xs[n] >> 8 * i & 255
-            if i < 4:
-                return s.ys[n] >> 8 * (i - 2) & 255
-            return s.sigmas[n] if i == 4 else s.flags[n]
-        i -= self._vectors * _VECTOR
-        n = i // _CHAIN
-        if n < self._chains:
-            i -= n * _CHAIN
-            if i < 2:
-                return s.firsts[n] >> 8 * i & 255
-            return s.counts[n] if i == 2 else s.kinds[n]
-        i -= self._chains * _CHAIN
-        return self.crc[i >> 1] >> 8 * (i & 1) & 255
+        if i < HEADER_BYTES:
+            return self._head(i)
+        if i >= self.size - 4:
+            i -= self.size - 4
+            return self.crc[i >> 1] >> 8 * (i & 1) & 255
+        i -= HEADER_BYTES
+        s = self._code.s
+        if i < s[AT] - STEP_BYTES_MAX or self._model is not self._spare():
+            self._again()
+        while i >= s[AT]:
+            self._code.step()
+        return self._last[i % STEP_BYTES_MAX]
+
+    def _head(self, i):
+        g = self._graph
+        if i < 4:
+            return MAGIC[i]
+        if i < 6:
+            return self._store.used >> 8 * (i - 4) & 255
+        if i == 6:
+            return self._store.chains
+        return 0 if not g.ready else g.region_count if i == 7 else g.node_count if i == 8 else g.edge_count

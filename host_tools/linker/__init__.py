@@ -3,7 +3,7 @@
 On a microcontroller the names cost more than the data: each module, each imported name and
 each public constant takes heap at import. Linking keeps the sources as they are and drops
 what only they need: constants become numbers where they are used, the modules one,
-imports vanish, and what the entry cannot reach is left out. Nothing is computed otherwise;
+imports vanish, and what the entry cannot reach is left out. What is left goes into flash as it is (rom). Nothing is computed otherwise;
 that the linked core steps with the same hashes as the files themselves is tested.
 
 What it relies on (a LinkError names what is not so): files of the core are imported by `from ... import` at the top,
@@ -14,9 +14,9 @@ import ast
 import builtins
 from dataclasses import dataclass, field
 
-from host_tools.linker.inliner import inline
 from host_tools.linker.reach import reachable
 from host_tools.linker.rewriter import Rewriter
+from host_tools.linker.settled import settle
 from host_tools.linker.unit import BUILTIN, LinkError, Units, bound
 
 __all__ = ("Linked", "LinkError", "link")
@@ -30,17 +30,19 @@ class Linked:
 
 
 def link(files, entry, mark=""):
-    """`files`: {path: source}; `entry`: path whose functions stay callable. `mark`: a function of the VM that is called with
-    each file's path when it has run, to measure what it takes."""
+    """`files`: {path: source}; `entry`: path whose functions stay callable. `mark`: a function of the VM's builtins that is called in
+    each constructor's place, mark(name of the class, class, *arguments), to measure what its object takes."""
     units = Units(files)
     order = units.order(entry)
     taken = dict.fromkeys(dir(builtins), BUILTIN)
     for unit in order:
         unit.resolve(units, taken)
     bodies = [(unit, [Rewriter(unit).visit(node) for node in unit.body]) for unit in order]
+    settle([body for _, body in bodies])
     statements = [statement for _, body in bodies for statement in body]
     keep = reachable(statements, units.units[entry])
-    inline([statement for statement in statements if keep(statement)])
+    if mark:
+        _mark(mark, [statement for statement in statements if keep(statement)])
     linked = Linked(modules=[unit.path for unit in order])
     text = sorted(units.outside.values())
     for unit, body in bodies:
@@ -49,7 +51,14 @@ def link(files, entry, mark=""):
                 text.append(ast.unparse(ast.fix_missing_locations(statement)))
                 for name in bound(statement):
                     linked.owners[name] = unit.path
-        if mark:
-            text.append("%s(%r)" % (mark, unit.path))
     linked.source = "\n".join(text) + "\n"
     return linked
+
+
+def _mark(mark, statements):
+    classes = {statement.name for statement in statements if isinstance(statement, ast.ClassDef)}
+    for statement in statements:
+        for node in ast.walk(statement):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in classes:
+                node.args = [ast.Constant(node.func.id), node.func, *node.args]
+                node.func = ast.Name(mark, ast.Load())

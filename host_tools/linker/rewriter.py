@@ -54,8 +54,7 @@ class Rewriter(ast.NodeTransformer):
             body.append(part)
         self.own = set()
         node.name = self.unit.names[node.name].value
-        # What MicroPython writes into every class, for nobody: the two places are taken by methods instead.
-        node.body = [ast.Delete([ast.Name(name, ast.Del()) for name in ("__module__", "__qualname__")]), *body]
+        node.body = body
         return node
 
     def visit_Lambda(self, node):

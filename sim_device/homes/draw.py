@@ -27,11 +27,12 @@ class PlanError(Exception):
 # One home on the drawing board. The border is given first; walls, doors and furniture are then taken away from it.
 # Coordinates in metres, x right, y up. `home()` returns the dictionary that the JSON file holds, checked.
 class Plan:
-    def __init__(self, name, border, notes, has_furniture=True):
+    def __init__(self, name, border, notes, has_furniture=True, provenance="sim_device/homes/plans.py"):
         self.name = name
         self.border = border
         self.notes = notes
         self.has_furniture = has_furniture
+        self.provenance = provenance
         self.walls = []
         self.gaps = []
         self.things = []
@@ -110,7 +111,7 @@ class Plan:
             "free_area_m2": round(free.area, 2),
             "reach_area_m2": round(sum(part.buffer(DISC_M, quad_segs=16).area for part in reach), 2),
             "bbox_m": [round(x1 - x0, 3), round(y1 - y0, 3)], "rooms_source": "drawn",
-            "provenance": "sim_device/homes/plans.py", "conversion": "drawn in metres, no conversion", "notes": self.notes,
+            "provenance": self.provenance, "conversion": "drawn in metres, no conversion", "notes": self.notes,
         }
         check(home)
         return home

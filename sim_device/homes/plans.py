@@ -1,10 +1,12 @@
-"""The plans of the homes that the project ships, each a function that draws one (see draw.py for the pen)."""
+"""The plans of the homes that the project ships, each a function that draws one (see draw.py for the pen); the office has a file of
+its own."""
 import math
 
 from shapely.geometry import Polygon, box
 from shapely.ops import unary_union
 
 from sim_device.homes.draw import Plan, arc
+from sim_device.homes.office import office
 
 
 def studio():
@@ -158,4 +160,4 @@ def toilet(plan, x, y, deg):
     plan.put_shape([(x + c * u - s * v, y + s * u + c * v) for u, v in shape])
 
 
-PLANS = (studio, flat, slanted_house, fig3_barriers)
+PLANS = (studio, flat, slanted_house, fig3_barriers, office)

@@ -68,4 +68,4 @@ def test_every_array_of_the_core_is_in_one_of_the_two_tables(device):
 
 
 def test_the_heaps_are_those_of_the_code():
-    assert f"boots from {UNIX_HEAP_BYTES // 1024} KiB up" in page(PAGE)
+    assert f"it boots from {UNIX_HEAP_BYTES // 1024} KiB up" in page(PAGE)

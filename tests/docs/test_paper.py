@@ -28,7 +28,7 @@ def test_every_equation_that_the_code_cites_has_its_place():
     for path in python_files("firmware_py"):
         for found in re.findall(r"Paper eq\. (\d)(?: and (\d))?", path.read_text()):
             cited |= {int(n) for n in found if n}
-    placed = {int(n) for first, place, _ in rows(PAGE, "paper") if ".py:" in place for n in re.findall(r"eq\. (\d)", first)}
+    placed = {int(n) for first, place, *_ in rows(PAGE, "paper") if ".py:" in place for n in re.findall(r"eq\. (\d)", first)}
     assert cited and cited <= placed, cited - placed
 
 

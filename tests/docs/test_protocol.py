@@ -7,6 +7,7 @@ from array import array
 from struct import Struct
 
 from firmware_py.device import Device
+from host_tools.map_file import decode_records
 from protocol import frame_reader, schema
 from protocol.frame_reader import FrameReader
 from protocol.host_link import HostLink
@@ -69,17 +70,13 @@ def test_the_map_is_laid_out_as_the_page_says():
     told = layouts()
     core = drive_mission("studio").core
     image = bytes(core.image.byte(i) for i in range(core.image.size))
-    magic, vertices, chains, *rest = told["header"].unpack_from(image)
-    assert (magic, vertices, chains, rest) == (b"TVM1", core.vectors.used, core.vectors.chains, [0, 0, 0, 0])
-    at = told["header"].size
-    for i in range(vertices):
-        store = core.vectors
-        assert told["vertex"].unpack_from(image, at) == (store.xs[i], store.ys[i], store.sigmas[i], store.flags[i])
-        at += told["vertex"].size
-    for c in range(chains):
-        assert told["chain"].unpack_from(image, at) == (core.vectors.firsts[c], core.vectors.counts[c], core.vectors.kinds[c])
-        at += told["chain"].size
-    assert told["end"].unpack_from(image, at)[0] == zlib.crc32(image[:-4]) and at + told["end"].size == len(image)
+    magic, vertices, chains, regions, nodes, edges = told["header"].unpack_from(image)
+    assert (magic, vertices, chains) == (b"TVM2", core.vectors.used, core.vectors.chains)
+    assert (regions, nodes, edges) == (core.graph.region_count, core.graph.node_count, core.graph.edge_count) and regions > 0
+    records = decode_records(image)  # what is between: tests/firmware_py/test_map_image.py
+    assert list(records.xs) == list(core.vectors.xs[:vertices]) and list(records.kinds) == list(core.vectors.kinds[:chains])
+    at = len(image) - told["end"].size
+    assert told["end"].unpack_from(image, at)[0] == zlib.crc32(image[:-4])
     assert (core.image.crc[0], core.image.crc[1]) == (zlib.crc32(image[:-4]) & 0xFFFF, zlib.crc32(image[:-4]) >> 16)
 
 

@@ -25,9 +25,9 @@ def walked_again(store, ex, ey, xs=range(200, 2000, 20), ys=()):
     closure = closure_module.Closure(store)
     closure.begin(0)
     for x in xs:
-        closure.add(x + ex, ey)
+        closure.add(x + ex, ey, 0)
     for y in ys:
-        closure.add(4000 + ex, y + ey)
+        closure.add(4000 + ex, y + ey, 16384)
     closure.solve(store.used)
     return closure
 
@@ -79,11 +79,33 @@ def test_passes_that_do_not_tell_of_one_shift_move_nothing():
     closure = closure_module.Closure(store)
     closure.begin(0)
     for x in range(200, 2000, 20):
-        closure.add(x, 150 if x < 1500 else -150)
+        closure.add(x, 150 if x < 1500 else -150, 0)
     closure.solve(store.used)
     before = vertices(store)
     spread(closure)
     assert closure.before_mm > 20 and closure.after_mm * 2 > closure.before_mm and vertices(store) == before
+
+
+@pytest.mark.parametrize("ex, ey", [(350, -120), (-30, 380)])
+def test_where_dead_reckoning_was_alone_the_error_may_be_large(ex, ey):
+    closure = closure_module.Closure(room())
+    closure.begin(0, True)
+    for x in range(500, 2000, 20):
+        closure.add(x + ex, ey, 0)
+    assert not closure.crossed()  # one wall alone
+    for y in range(500, 2000, 20):
+        closure.add(4000 + ex, y + ey, 16384)
+    assert closure.crossed()
+    closure.solve(4)
+    assert abs(closure.x_mm + ex) <= 12 + 0.03 * abs(ex) and abs(closure.y_mm + ey) <= 12 + 0.03 * abs(ey)
+
+
+def test_a_wall_that_runs_another_way_is_not_the_one_walked_along():
+    closure = closure_module.Closure(room())
+    closure.begin(0)
+    for x in range(200, 2000, 20):
+        closure.add(x, 80, 16384)
+    assert closure.samples == 0
 
 
 def test_cancelled_it_moves_nothing():
@@ -107,7 +129,7 @@ def test_at_the_border_of_the_map_a_vertex_is_clamped():
     closure = closure_module.Closure(store)
     closure.begin(0)
     for x in range(200, 2000, 20):
-        closure.add(159_800 + x, 160_800 - 150)
+        closure.add(159_800 + x, 160_800 - 150, 0)
     closure.solve(store.used)
     spread(closure)
     assert max(store.xs) <= 32767 and max(store.ys) <= 32767
@@ -130,6 +152,6 @@ def test_any_map_and_any_second_pass_come_to_an_end(records, samples):
     closure.begin(0)
     for at, dx, dy in samples:
         at %= len(records)
-        closure.add(records[at][0] * 5 + dx // 200, records[at][1] * 5 + dy // 200)
+        closure.add(records[at][0] * 5 + dx // 200, records[at][1] * 5 + dy // 200, dx)
     closure.solve(store.used)
     spread(closure)

@@ -126,7 +126,7 @@ def test_the_map_comes_in_pieces_and_its_checksum_is_zlibs(vectors):
     if vectors:
         with_a_map(story, vectors)
     info, data = story.map()
-    assert data[:4] == b"TVM1" and data[4] | data[5] << 8 == vectors and data[6] == -(-vectors // 255)
+    assert data[:4] == b"TVM2" and data[4] | data[5] << 8 == vectors and data[6] == -(-vectors // 255)
     assert zlib.crc32(data[:-4]) == int.from_bytes(data[-4:], "little") == info.crc_lo | info.crc_hi << 16
     status = story.one("STATUS", 0)
     assert (status.map_lo, status.map_hi) == (info.crc_lo, info.crc_hi)

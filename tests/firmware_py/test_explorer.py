@@ -45,7 +45,7 @@ def test_a_wall_in_front_is_aligned_with_and_then_followed():
     puppet.run(150, ranges=wall)
     assert core.odometry.y_um - before > 700_000  # along the wall at nearly 0.3 m/s, the wall on the right
     assert 190 < 1000 - core.odometry.x_um / 1000 < 235
-    assert core.explorer.bumps == 0
+    assert core.explorer.bumper.bumps == 0
 
 
 @pytest.mark.parametrize("odd", [0, 1])
@@ -79,7 +79,7 @@ def test_a_bump_into_the_unseen_backs_off_4_cm_and_turns_left():
     puppet.run(100)
     o = puppet.core.odometry
     core = bumped(puppet)
-    assert core.state == states.BUMP and (core.left_mm_s, core.right_mm_s) == (0, 0) and core.explorer.bumps == 1
+    assert core.state == states.BUMP and (core.left_mm_s, core.right_mm_s) == (0, 0) and core.explorer.bumper.bumps == 1
     x_um, turn = o.x_um, o.turn_bam
     assert puppet.run(300, until=lambda core: core.state == states.ALIGN)
     assert -48_000 < o.x_um - x_um < -38_000
@@ -90,10 +90,10 @@ def test_a_held_bumper_counts_once():
     puppet = Puppet()
     puppet.run(100)
     puppet.run(200, bump=1)
-    assert puppet.core.explorer.bumps == 1
+    assert puppet.core.explorer.bumper.bumps == 1
     puppet.step()
     puppet.step(bump=1)
-    assert puppet.core.explorer.bumps == 2
+    assert puppet.core.explorer.bumper.bumps == 2
 
 
 def test_a_bump_into_a_known_wall_keeps_8_mm_more_from_it_for_a_while():

@@ -18,7 +18,7 @@ BAM = math.tau / 65536
 class Fixes:
     def __init__(self):
         self.dx_mm = self.dy_mm = 0
-        self.variance_mm2 = 0
+        self.variance_mm2 = self.static = 0
         self.good = True
         self.shifted = []
         self.added = self.waiting = self.worked = 0
@@ -39,7 +39,7 @@ class Fixes:
 
 
 class Located:
-    def __init__(self, fix_mm=20, fix_bam=40, weighted=0, at=(0, 0)):
+    def __init__(self, fix_mm=20, fix_bam=40, weighted=1, at=(0, 0)):
         self.odometry = odometry_module.Odometry()
         self.odometry.begin(at[0] * 1000, at[1] * 1000, 0, 72000, 235000, 508)
         self.uwb = Fixes()
@@ -124,6 +124,15 @@ def test_no_heading_from_a_short_or_a_long_way_or_within_the_threshold(x_mm, dy_
     located.at(x_mm, 0)
     located.fix(0, dy_mm)
     assert located.here.heading_bam == 0
+
+
+def test_the_paper_takes_the_heading_from_half_a_metre():
+    for x_mm, turned in ((490, False), (510, True)):
+        located = Located(weighted=0)
+        located.fix(0, 0)
+        located.at(x_mm, 0)
+        located.fix(0, 20)
+        assert (located.here.heading_bam != 0) is turned
 
 
 def test_an_uncertain_fix_turns_less():

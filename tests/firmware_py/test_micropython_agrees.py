@@ -18,7 +18,7 @@ BUSY = [Segment("wander", 1500, 4), Segment("along_a_wall", 500, 5), Segment("ex
 @example([], BUSY)
 def test_micropython_gives_the_hashes_of_cpython_with_its_heap_locked(micropython, parameters, segments):
     with tempfile.TemporaryDirectory() as folder:
-        there, last = hashes_of([micropython, "-X", "heapsize=192k"], Path(folder), parameters, segments)
+        there, last = hashes_of([micropython, "-X", "heapsize=512k"], Path(folder), parameters, segments)
     assert last == f"ticks {len(there)} allocated 0"
     here = hashes_here(parameters, segments)
     apart = [tick for tick, (a, b) in enumerate(zip(here, there), 1) if a != b]

@@ -15,12 +15,14 @@ from tests.firmware_py.test_explorer import aligned_with_a_wall
 
 
 def test_the_numbers_that_the_core_repeats_are_the_protocols():
-    for name in "INIT FIND_WALL ALIGN FOLLOW CORNER_IN CORNER_OUT CLOSE_CHECK BUILD BUMP FAILED DONE STUCK".split():
+    for name in "INIT FIND_WALL ALIGN FOLLOW CORNER_IN CORNER_OUT CLOSE_CHECK BUILD BUMP FAILED DONE STUCK LOST".split():
         assert getattr(core_states, name) == getattr(states, name), name
-    for name in ("CLOSED", "NO_WALL", "STORE_FULL", "STUCK", "TOO_LONG"):
+    for name in ("CLOSED", "NO_WALL", "STORE_FULL", "STUCK", "TOO_LONG", "LOST"):
         assert getattr(pipeline, f"_REASON_{name}") == getattr(states, f"REASON_{name}"), name
-    assert states.DEGRADED == ("vectors", "chains") and (pipeline.DEGRADED_VECTORS, pipeline.DEGRADED_CHAINS) == (1, 2)
-    bits = ["_MIDPOINT", "_WALL_OFFSET", "_CORNERS", "_SPREAD", "_DISTANCE_FIXES", "_WEIGHTED", "_EQ1_LITERAL"]
+    assert states.DEGRADED == ("vectors", "chains", "topology", "search")
+    assert [getattr(pipeline, "DEGRADED_" + name.upper()) for name in states.DEGRADED] == [1, 2, 4, 8]
+    bits = ["_MIDPOINT", "_WALL_OFFSET", "_CORNERS", "_SPREAD", "_DISTANCE_FIXES", "_WEIGHTED", "_EQ1_LITERAL",
+            "_FILTER", "_CALIBRATE", "_MANHATTAN", "_LANDMARKS", "_SHADOWING", "_KIDNAP"]
     assert [getattr(pipeline, bit) for bit in bits] == [1 << i for i in range(len(parameters.FLAGS))]
     assert parameters.PARAMETERS[NUMBERS["flags"]][5] == sum(flag[1] << i for i, flag in enumerate(parameters.FLAGS))
     assert ANCHORS_MAX == parameters.ANCHORS_MAX
@@ -80,10 +82,19 @@ def test_turning_points_have_their_kind():
             assert core.points.count > count and core.points.kinds[core.points.count - 1 & 63] == kind
     assert core.points.count >= before + 2
     core.explorer.state = states.FOLLOW
-    core._last_state = states.FOLLOW
+    core.turning_points.visit(states.FOLLOW, core.odometry.path_mm)
     core.walls.corners += 1
-    core._turning_point(states.FOLLOW)
+    core.turning_points.visit(states.FOLLOW, core.odometry.path_mm)
     assert core.points.kinds[core.points.count - 1 & 63] == SHORT
+
+
+def test_where_a_way_ends_there_is_a_fix_and_no_point():
+    core = Puppet().core
+    fixes = []
+    core.localization.fix = lambda: fixes.append(core.points.count)
+    for state, path_mm in ((states.GOTO, 1000), (states.SELECT, 1200), (states.SELECT, 1230), (states.GOTO, 1250), (states.SELECT, 1290)):
+        core.turning_points.visit(state, path_mm)
+    assert fixes == [0] and core.points.count == 0
 
 
 def hash_after(change, steps=3):
@@ -147,7 +158,7 @@ def test_a_full_store_ends_the_mission_in_good_order(store, degraded):
 
 # An estimate that goes where it is told.
 class Estimate:
-    x_mm = y_mm = heading_bam = fixes = 0
+    x_mm = y_mm = heading_bam = fixes = adrift = 0
 
 
 class Lap:

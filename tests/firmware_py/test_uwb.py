@@ -140,16 +140,16 @@ def test_the_newest_three_seconds_count():
     assert uwb.solve() and abs(uwb.dx_mm) < 10
 
 
-def test_a_report_is_worked_off_in_four_ticks_and_a_move_in_between_changes_nothing():
+def test_a_report_is_worked_off_in_two_ticks_and_a_move_in_between_changes_nothing():
     anchors = [[4000 + 300 * k, 200 * k * (k % 3)] for k in range(15)]
     solved = []
-    for moved_after in (None, 0, 1, 3):
+    for moved_after in (None, 0, 1):
         uwb = made(FLIGHT, anchors=anchors)
         for _ in range(20):
             uwb.add(told([record(a, (3040, 2500), anchors) for a in range(15)]), 0, 3000, 2500)
             work_off(uwb)
         uwb.add(told([record(a, (3040, 2500), anchors) for a in range(15)]), 0, 3000, 2500)
-        for tick in range(4):
+        for tick in range(2):
             assert uwb.waiting > 0
             if tick == moved_after:
                 uwb.shift(25, -10)

@@ -5,10 +5,12 @@ import math
 import pytest
 
 from host_tools.map_file import decode_map
+from tests.firmware_py.floor_plans import image_of
 from tests.firmware_py.watched import watched
 
-vector_store, frame_module, walls_module, map_image = watched(
-    "firmware_py.storage.vector_store", "firmware_py.storage.frame", "firmware_py.building.walls", "firmware_py.storage.map_image"
+vector_store, frame_module, walls_module, region_graph = watched(
+    "firmware_py.storage.vector_store", "firmware_py.storage.frame", "firmware_py.building.walls",
+    "firmware_py.storage.region_graph"
 )
 CONCAVE, LONG, CHAIN_END = vector_store.CONCAVE, vector_store.LONG, vector_store.CHAIN_END
 
@@ -142,10 +144,7 @@ def test_split_ends_what_was_before():
 
 
 def decoded(store):
-    image = map_image.MapImage(store)
-    image.begin()
-    image.step(image.size)
-    return decode_map(bytes(image.byte(i) for i in range(image.size))).chains
+    return decode_map(image_of(store, region_graph.RegionGraph())).chains
 
 
 @pytest.mark.parametrize("begin, end, kept", [(0, 10, 590), (0, 300, 300), (0, 520, 80), (100, 110, 590), (590, 600, 590)])

@@ -80,7 +80,7 @@ def test_an_answer_that_differs_names_its_fields(bisect):
 
 
 def test_a_difference_that_only_telemetry_shows_is_found_too(bisect):
-    code, result, _, _, port = bisect(before="self.explorer.bumps += 5 * (values[0] == 333)")
+    code, result, _, _, port = bisect(before="self.explorer.bumper.bumps += 5 * (values[0] == 333)")
     first = result["first_difference"]
     assert code == 1 and first["message"] == "POSE" and BAD <= first["step"] <= BAD + 5
     assert first["fields"]["bumps"][port] == first["fields"]["bumps"]["cpython"] + 5
@@ -90,7 +90,7 @@ def test_a_difference_that_only_telemetry_shows_is_found_too(bisect):
 
 def test_telemetry_that_differs_comes_before_the_next_answer_that_does(bisect):
     pose = next(m.step for tick in wander()._ticks[BAD:] for m in tick.telemetry if m.NAME == "POSE")
-    _, result, _, _, _ = bisect(before="self.explorer.bumps += 5 * (values[0] == %d)" % pose,
+    _, result, _, _, _ = bisect(before="self.explorer.bumper.bumps += 5 * (values[0] == %d)" % pose,
                                 after="self.left_mm_s += values[0] == %d" % (pose + 1))
     first = result["first_difference"]
     assert (first["message"], first["step"], first["input"]["step"]) == ("POSE", pose, pose)

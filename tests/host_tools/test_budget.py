@@ -73,7 +73,7 @@ def test_the_real_core_says_what_it_costs(target, micropython, tmp_path, capsys)
 def test_a_heap_too_small_to_boot_is_the_cores_own_sentence(micropython, capsys):
     assert cli.main(["budget", "--target", "unix", "--heap", "40k"]) == 3
     err = capsys.readouterr().err
-    assert "the heap is too small to boot: give at least" in err and err.count("\n") == 1
+    assert "the heap is too small to boot: give a larger --heap, as in --heap 192k" in err and err.count("\n") == 1
 
 
 def test_a_heap_that_is_no_size(capsys):

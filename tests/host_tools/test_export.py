@@ -7,15 +7,17 @@ import os
 import struct
 import sys
 import zlib
+from array import array
 
 import numpy as np
 import pytest
 
-from host_tools.evaluate import empty_result, evaluate, mission_map
+from host_tools.result import empty_result, evaluate, mission_map
 from host_tools.export import FILES, geojson, tum, whole_file, write_all, write_result
-from host_tools.map_file import KIND_BARRIER, KIND_OUTLINE, MapError, decode_map, encode_map
+from host_tools.map_file import KIND_BARRIER, KIND_OUTLINE, MapError, Records, decode_map, encode_map, encode_records
 from host_tools.mission_log import read_mission
 from host_tools.score import HomeTruth
+from protocol.map_code import ABOUT, EDGES
 from tests.host_tools.score_cases import chain, home, rectangle, vector_map
 from tests.host_tools.synthetic_mission import DOCK, SyntheticMission
 
@@ -102,15 +104,24 @@ def test_tum_lines_hold_time_place_and_a_unit_quaternion():
     assert fields == pytest.approx([0.1, 1.5, -2.25, 0, 0, 0, math.sqrt(0.5), math.sqrt(0.5)])
 
 
-def test_a_map_by_hand_is_read_as_the_device_writes_it():
-    # Byte by byte, without the encoder: a closed triangle and an open chain of two vectors.
-    records = [(0, 0, 2, 0), (200, 0, 3, 1), (0, 200, 4, 0), (-20, 40, 5, 0), (-20, 60, 6, 0x30), (0, 60, 0, 8)]
-    data = b"TVM1" + struct.pack("<H4BH", len(records), 2, 1, 2, 3, 0)
-    data += b"".join(struct.pack("<hhBB", *record) for record in records)
-    data += struct.pack("<HBB", 0, 3, 0) + struct.pack("<HBB", 3, 3, 1 | 4 | 5 << 3)
-    data += struct.pack("<I", zlib.crc32(data))
+def test_a_map_by_hand_is_read_in_metres():
+    # A closed triangle and an open chain of two vectors; one region, two nodes, two edges.
+    records = Records(6, 2, 1, 2, 1)
+    for i, record in enumerate([(0, 0, 2, 0), (200, 0, 3, 1), (0, 200, 4, 0), (-20, 40, 5, 0), (-20, 60, 6, 0x30), (0, 60, 0, 8)]):
+        records.xs[i], records.ys[i], records.sigmas[i], records.flags[i] = record
+    records.firsts, records.counts[:], records.kinds[:] = [0, 3], (3, 3), (0, 1 | 4 | 5 << 3)
+    records.regions[:] = array("H", [0, 3, 50, 2 | 1 << 8, 0, 0])
+    records.shared[:4] = array("H", [20, 40, 60, 40])
+    records.shared[ABOUT:ABOUT + 2] = array("H", [1 << 8, 1])
+    records.shared[EDGES] = 1 | 4 << 8
+    data = encode_records(records)
+    assert len(data) < 6 * 6 + 2 * 4 + 12 + 12 + 2  # shorter than the records
     the_map = decode_map(data)
-    assert (the_map.regions, the_map.nodes, the_map.edges) == (1, 2, 3)
+    assert (the_map.regions, the_map.nodes, the_map.edges) == (1, 2, 1)
+    region, = the_map.region_list
+    assert (region.area_m2, region.long, region.short, region.gate) == (0.5, 2, 1, None) and region.polygon.area == pytest.approx(0.5)
+    assert np.array(the_map.node_list) == pytest.approx(np.array([(0.1, 0.2), (0.3, 0.2)]))
+    assert [(e.nodes, e.region, e.cost_cm) for e in the_map.edge_list] == [((0, 1), 4, 21)]
     triangle, open_chain = the_map.chains
     assert triangle.closed and triangle.kind == KIND_OUTLINE and not triangle.searched
     assert triangle.vectors() == pytest.approx(np.array([(0, 0, 1, 0), (1, 0, 0, 1), (0, 1, 0, 0)]))
@@ -142,15 +153,17 @@ def test_a_damaged_map_is_refused_whatever_byte_is_hit():
     for at in range(len(data)):
         broken = bytearray(data)
         broken[at] ^= 0x10
-        with pytest.raises(MapError):
+        with pytest.raises(MapError) as refused:
             decode_map(bytes(broken))
+        assert "\n" not in str(refused.value) and ("checksum" in str(refused.value) or at < 4)
     for size in range(len(data)):
         with pytest.raises(MapError):
             decode_map(data[:size])
 
 
-def test_a_chain_beyond_the_records_is_refused():
+@pytest.mark.parametrize("at, value", [(4, 3), (4, 5), (6, 0), (4, 255)])
+def test_counts_that_are_not_those_of_the_bytes_are_refused(at, value):
     data = bytearray(encode_map([chain(rectangle(0, 0, 1, 1))])[:-4])
-    data[-2] = 5  # five records of four
+    data[at] = value  # of vertices, chains
     with pytest.raises(MapError):
         decode_map(bytes(data) + struct.pack("<I", zlib.crc32(data)))

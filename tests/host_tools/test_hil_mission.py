@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+from collections import Counter
 import os
 import pty
 import resource
@@ -95,7 +96,9 @@ def test_a_mission_is_run_scored_and_kept(project, tmp_path):
     assert result["map"]["stored_bytes"] == (out / "map.bin").stat().st_size
     assert result["map"]["outline_precision_5cm"] > 0.9 and result["map"]["outline_recall_5cm"] > 0.9
     collection = json.loads((out / "map.geojson").read_text())
-    assert len(collection["features"]) == result["map"]["vectors"] > 4
+    kinds = Counter(feature["properties"]["kind"] for feature in collection["features"])
+    assert kinds["outline"] + kinds["barrier"] == result["map"]["vectors"] > 4
+    assert (kinds["region"], kinds["node"], kinds["edge"]) == tuple(result["map"][key] for key in ("regions", "turning_nodes", "edges"))
     estimate, truth = (np.loadtxt(out / name) for name in ("estimate.tum", "truth.tum"))
     assert estimate.shape == truth.shape and np.diff(estimate[:, 0]) == pytest.approx(0.1)
     rmse = 100 * np.sqrt(np.mean(np.sum((estimate[:, 1:3] - truth[:, 1:3]) ** 2, axis=1)))

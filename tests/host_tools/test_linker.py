@@ -92,8 +92,8 @@ def main():
 }
 
 
-def run(linked):
-    names = {"const": int}
+def run(linked, **names):
+    names["const"] = int
     exec(compile(linked.source, "linked", "exec"), names)
     return names
 
@@ -125,11 +125,15 @@ def test_a_class_has_its_methods_and_nothing_that_python_wrote_into_it():
     assert ring.CAPACITY == 4 and callable(ring.put)
 
 
-def test_marks_tell_what_ran():
+def test_a_mark_stands_in_each_constructors_place():
     seen = []
-    linked = link(CORE, "core/main.py", mark="_seen")
-    exec(compile(linked.source, "linked", "exec"), {"const": int, "_seen": seen.append})
-    assert seen == linked.modules
+
+    def made(name, cls, *args):
+        seen.append(name)
+        return cls(*args)
+
+    names = run(link(CORE, "core/main.py", mark="_made"), _made=made)
+    assert names["main"]() == run(link(CORE, "core/main.py"))["main"]() and seen == ["Ring"]
 
 
 @pytest.mark.parametrize("source, said", [

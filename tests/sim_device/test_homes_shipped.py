@@ -10,7 +10,7 @@ from sim_device.home import HOMES, home_names, load_home
 from sim_device.homes.draw import PlanError, as_text, check
 from sim_device.homes.plans import PLANS
 
-NAMES = ("fig3_barriers", "flat", "slanted_house", "studio")
+NAMES = ("fig3_barriers", "flat", "office_458", "slanted_house", "studio")
 KEYS = {
     "name", "source", "licence", "units", "outline", "obstacles", "rooms", "segments_total", "start", "has_furniture",
     "free_area_m2", "reach_area_m2", "bbox_m", "rooms_source", "provenance", "conversion", "notes",

@@ -54,7 +54,7 @@ def map_of(core):
 
 
 @lru_cache(maxsize=None)
-def drive_mission(home_name, seed=1, uwb="paper", odometry="calibrated", start=None, max_robot_s=3600):
+def drive_mission(home_name, seed=1, uwb="paper", odometry="calibrated", start=None, max_robot_s=14400):
     home = load_home(home_name)
     if start:
         home = dataclasses.replace(home, start=start)

@@ -19,7 +19,10 @@ def expect_outline(mission, share_min=SHARE_MIN):
     assert mission.robot.contacts <= BUMPS_MAX * followed
 
 
-@pytest.mark.parametrize("home", home_names())
+LONG = {"office_458": pytest.mark.soak}  # two hours of robot time
+
+
+@pytest.mark.parametrize("home", [pytest.param(name, marks=LONG.get(name, ())) for name in home_names()])
 def test_every_shipped_home_gets_its_outline(home):
     expect_outline(drive_mission(home))
 

@@ -1,6 +1,6 @@
 # Replays a stream of STEP values through the core, on MicroPython or CPython alike:
 #
-#   micropython -X heapsize=192k tests/upy/replay.py STREAM HASHES
+#   micropython -X heapsize=512k tests/upy/replay.py STREAM HASHES
 #
 # STREAM (int32, little-endian): number of parameters, number of ticks, ints a tick;
 # then (id, index, value) of each parameter; then the ticks. HASHES: (lo, hi) u16 after

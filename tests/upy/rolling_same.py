@@ -33,7 +33,7 @@ class Side:
         self.hit_x = array("i", bytes(32))
         self.hit_y = array("i", bytes(32))
         self.told = 0
-        self.sums = array("i", bytes(48))
+        self.sums = array("i", bytes(60))
         self.lately = array("h", bytes(64))
 
 
@@ -108,6 +108,8 @@ def ranges(spread):
     y = number(4000) - 2000
     sigma = 20 + number(400)
     prior = number(2)
+    slack = number(2000)
+    filtered = number(2)
     if number(5) == 0:
         # At a transmitter of no height, with no range to speak of.
         places[3] = x
@@ -133,9 +135,12 @@ def ranges(spread):
         s[9] = sigma
         s[10] = 4096 - (sigma * sigma >> 13)
         s[11] = prior
+        s[12] = slack
+        s[13] = 640000 << 6 if filtered else 640000
+        s[14] = 30000 if filtered else 800
         side.told = side.weigh(s, records, places, side.lately, 0, 16)
     rays[1] += side.told & 255
-    rays[2] += side.told >> 8
+    rays[2] += side.told >> 8 & 255
 
 
 def uwb_range(dx, dy, dz):
@@ -162,7 +167,7 @@ def differ(a, b):
     for i in range(8):
         if a.ranges[i] != b.ranges[i] or a.hit_x[i] != b.hit_x[i] or a.hit_y[i] != b.hit_y[i]:
             return True
-    for i in range(12):
+    for i in range(15):
         if a.sums[i] != b.sums[i]:
             return True
     for i in range(32):

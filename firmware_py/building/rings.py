@@ -1,0 +1,98 @@
+# The map's rings: the outline, in however many chains it came, and each barrier's chain.
+
+from array import array
+from ..fixed import polar, wrap
+from ..storage.vector_store import BARRIER
+from . import passage
+
+_LONGEST = const(11000)      # polar() takes distances below 16384
+
+
+class Rings:
+    # Reads the vector store; only its chains before `chains` count. Allocates in __init__ only.
+
+    def __init__(self, vectors):
+        self.chains = 0
+        self.chain = 0        # of the record that was asked for last; 0 whenever the map has changed
+        self.crossed = 0
+        self.far = 0          # since it was set to 0: places too far from one another for areas to be true
+        self._v = vectors
+        self._scope = array("i", bytes(24))
+
+    def beside(self, i, way):
+        # The record after (1) or before (-1) record i of its ring.
+        v = self._v
+        c = self.chain
+        if not v.firsts[c] <= i < v.firsts[c] + v.counts[c]:
+            c = self.chain = v.chain_of(i)
+        i += way
+        if v.firsts[c] <= i < v.firsts[c] + v.counts[c]:
+            return i
+        if not v.kinds[c] & BARRIER:
+            c += way
+            while c < 0 or c >= self.chains or v.kinds[c] & BARRIER:
+                c += way
+                if c < 0:
+                    c = self.chains - 1
+                elif c >= self.chains:
+                    c = 0
+        return v.firsts[c] if way > 0 else v.firsts[c] + v.counts[c] - 1
+
+    def ahead(self, i, n):
+        # The n-th record after record i.
+        v = self._v
+        while True:
+            c = v.chain_of(i)
+            i += n
+            n = i - v.firsts[c] - v.counts[c]
+            if n < 0:
+                return i
+            i = self.beside(i - n - 1, 1)
+
+    def count(self, i, k):
+        # How many records there are from i on to k.
+        v = self._v
+        c = v.chain_of(i)
+        n = k - i
+        size = v.counts[c]
+        if not v.kinds[c] & BARRIER:
+            size = 0
+            n = 0
+            for c in range(self.chains):
+                if not v.kinds[c] & BARRIER:
+                    size += v.counts[c]
+                    n += min(max(k - v.firsts[c], 0), v.counts[c]) - min(max(i - v.firsts[c], 0), v.counts[c])
+        return n % size + 1
+
+    def turn(self, i):
+        # How far the ring turns left at record i; not at all where two records are one place.
+        on = self.polar(i, 1)
+        back = self.polar(i, -1)
+        return wrap(on - 32768 - back) if on > 65535 and back > 65535 else 0
+
+    def polar(self, i, way):
+        # From record i to the one beside it: distance << 16 | bearing.
+        v = self._v
+        k = self.beside(i, way)
+        return polar(max(-_LONGEST, min(v.xs[k] - v.xs[i], _LONGEST)), max(-_LONGEST, min(v.ys[k] - v.ys[i], _LONGEST)))
+
+    def enclosed(self, first, count, gate, x, y):
+        # The area, in 200 mm2, within the records from `first` on and the record `gate`; `crossed` is odd if (x, y) lies within.
+        v = self._v
+        s = self._scope
+        s[0] = x
+        s[1] = y
+        passage.trace(v.xs, v.ys, gate, gate + 1, s)
+        s[4] = s[5] = 0
+        while count > 0:
+            self.beside(first, 1)
+            c = self.chain
+            n = min(count, v.firsts[c] + v.counts[c] - first)
+            passage.trace(v.xs, v.ys, first, first + n, s)
+            count -= n
+            if count:
+                first = self.beside(first + n - 1, 1)
+        passage.trace(v.xs, v.ys, gate, gate + 1, s)
+        self.crossed = s[5]
+        self.far |= s[5] & passage.FAR
+        return s[4]

@@ -1,0 +1,225 @@
+# The shortest way from place to place (Paper 4.4), by A* within fixed memory: over the turning nodes once the map is built; before
+# that over the corners that free space bends round, as far as they see one another.
+
+from array import array
+from ..fixed import isqrt
+from ..limits import CORNERS_MAX
+from .corners import Corners
+
+_BODY = const(38)              # map units of 5 mm: to the next wall, along a way
+_TIGHT = const(34)             # where there is no other: the body itself
+_TIGHTEST = const(30)          # nor such a one: the map may be 2 cm off, and the robot has been everywhere
+_STOP_CM = const(8)            # a stop and a turn on the way over corners cost as much
+_LONGEST = const(11000)        # map units: 55 m at a stretch
+_UNREACHED = const(65535)
+_CLOSED = const(256)           # a mark: the node's own way is known; the lower bits are the next node on it
+
+# what a tick does: so many of a comparison with a node; a look along a way and the choice of a node cost as much as
+_WORK = const(160)
+_LOOK = const(6)               # and one for each 16 vectors
+_CHOICE = const(50)
+
+# the two ends, beside the nodes
+GOAL = CORNERS_MAX
+START = CORNERS_MAX + 1
+
+# what step() says
+BUSY = 0
+FOUND = 1
+NONE = 2
+
+
+class Way:
+    # build() in slices until True, whenever the map has changed; begin(from, to in mm), step() until it does not say BUSY; then
+    # length_cm is known, and next() leaves the places to pass one by one in x_mm, y_mm until False: the goal itself comes last.
+    #
+    # The search runs from the goal to the start, so that each node knows the next one of its way. What may be left is taken for the
+    # longer side of the box between: never more than it is, and it never falls by more than a way is long.
+    # Over corners a leg costs 8 cm more than its length, and if there is no way with 19 cm beside it, one with 17 or 15 cm will do.
+    # Over turning nodes, a gate's counts as seen from a place that sees the point before the gate, Topology.aside(): that is passed, too.
+    #
+    # A node has a mark u8, the graph's, and here its cost u16 in cm to the goal. Allocates in __init__ only.
+
+    def __init__(self, vectors, sight, graph, topology):
+        self._costs = array("H", bytes(2 * CORNERS_MAX + 4))
+        self._marks = array("H", bytes(2 * CORNERS_MAX + 4))
+        self.corners = Corners(vectors, sight, graph)
+        self.used = 0
+        self.length_cm = 0
+        self.x_mm = 0
+        self.y_mm = 0
+        self._vectors = vectors
+        self._sight = sight
+        self._g = graph
+        self._topology = topology
+        self._here = GOAL       # node that the robot goes to
+        self._beside = False    # it goes to the point before that one, or before the one it came from
+        self._margin = 0
+        self._at = 0            # node being settled, and the one it looks at
+        self._to = 0
+        self._x0 = 0            # the ends
+        self._y0 = 0
+        self._x1 = 0
+        self._y1 = 0
+
+    def build(self):
+        # -> True when the nodes are those of the present map
+        done = self._g.ready or self.corners.build()
+        self.used = self._g.node_count if self._g.ready else self.corners.used
+        return done
+
+    def begin(self, x0_mm, y0_mm, x1_mm, y1_mm):
+        self._x0 = x0_mm // 5
+        self._y0 = y0_mm // 5
+        self._x1 = x1_mm // 5
+        self._y1 = y1_mm // 5
+        self._restart(self._topology.margin if self._g.ready else _BODY)
+
+    def _restart(self, margin):
+        self._margin = margin
+        self.length_cm = _UNREACHED
+        for n in range(CORNERS_MAX + 2):
+            self._costs[n] = _UNREACHED
+            self._marks[n] = 0
+        self._here = GOAL
+        self._beside = False
+        self._costs[GOAL] = 0
+        self._to = -1
+
+    def step(self):
+        work = _WORK
+        while work > 0:
+            if self._to < 0:
+                work -= _CHOICE
+                a = self._at = self._hopeful()
+                if a < 0:
+                    if self._g.ready or self._margin == _TIGHTEST:
+                        return NONE
+                    self._restart(_TIGHT if self._margin == _BODY else _TIGHTEST)
+                    return BUSY
+                if a == START:
+                    self.length_cm = self._costs[START]
+                    self._here = START
+                    return FOUND
+                self._marks[a] |= _CLOSED
+                self._to = START
+            a = self._at
+            b = self._to
+            self._to = b - 1 if b < GOAL else self.used - 1  # the start first, then the nodes from the last one on
+            work -= 1
+            if not self._marks[b] & _CLOSED:
+                work -= self._relax(a, b)
+        return BUSY
+
+    def _relax(self, a, b):
+        # Is it shorter from b over a? -> how much work it was to see that
+        dx = self._x(a) - self._x(b)
+        dy = self._y(a) - self._y(b)
+        cost = self._costs[b] - self._costs[a] << 1
+        if dx >= cost or dy >= cost or -dx >= cost or -dy >= cost:
+            return 0  # the longer side alone is as long: most are seen off here, without a root
+        cost = self._leg(a, b, dx, dy)
+        if cost == _UNREACHED or self._costs[a] + cost >= self._costs[b]:
+            return 0
+        work = 1
+        if not self._passes(a, b):
+            work = _LOOK + (self._vectors.used >> 4)
+            if not self._free(a, b):
+                work *= 2
+                cost = self._around(a, b)
+        if self._costs[a] + cost < self._costs[b]:
+            self._costs[b] = self._costs[a] + cost
+            self._marks[b] = a
+        return work
+
+    def _passes(self, a, b):
+        # Of two turning nodes the edges tell; else one has to look: _free().
+        return self._g.ready and a < GOAL and b < GOAL
+
+    def _leg(self, a, b, dx, dy):
+        # cm straight on, never less than it is; of two turning nodes only if an edge joins them.
+        if self._passes(a, b) and self._g.edge(a, b) < 0:
+            return _UNREACHED
+        return self._cm(dx, dy)
+
+    def _cm(self, dx, dy):
+        if not (-_LONGEST < dx < _LONGEST and -_LONGEST < dy < _LONGEST):
+            return _UNREACHED
+        return (isqrt(dx * dx + dy * dy) + 2 >> 1) + (0 if self._g.ready else _STOP_CM)
+
+    def _free(self, a, b):
+        return self._sight.free(self._x(a), self._y(a), self._x(b), self._y(b), self._margin)
+
+    def _around(self, a, b):
+        # cm past the point before a gate, of which a or b is the node and the other an end.
+        t = self._topology
+        if a < GOAL:
+            return self._around(b, a) if b >= GOAL else _UNREACHED
+        x = self._x(a)
+        y = self._y(a)
+        cost = _UNREACHED
+        if self._g.ready and b < GOAL and t.aside(b, x, y):
+            if self._sight.free(x, y, t.aside_x, t.aside_y, self._margin):
+                if self._sight.free(t.aside_x, t.aside_y, self._x(b), self._y(b), self._margin):
+                    cost = self._cm(x - t.aside_x, y - t.aside_y) + self._cm(t.aside_x - self._x(b), t.aside_y - self._y(b))
+        return cost
+
+    def next(self):
+        # -> whether there is one more place to go to
+        n = self._here
+        if n == GOAL:
+            return False
+        to = self._marks[n] & ~_CLOSED
+        self._beside = not self._beside and not self._passes(n, to) and not self._free(n, to)
+        if self._beside:
+            end = n if n == START else to
+            self._topology.aside(n + to - end, self._x(end), self._y(end))
+            self.x_mm = self._topology.aside_x * 5
+            self.y_mm = self._topology.aside_y * 5
+        else:
+            self._here = to
+            self.x_mm = self._x(to) * 5
+            self.y_mm = self._y(to) * 5
+        return True
+
+    def last(self):
+        # Whether the place is the goal.
+        return self._here == GOAL
+
+    def _hopeful(self):
+        # The node that the shortest way may lead over.
+        costs = self._costs
+        marks = self._marks
+        places = self._g.shared
+        x0 = self._x0
+        y0 = self._y0
+        best = -1
+        least = _UNREACHED
+        n = 0
+        while n < self.used:
+            cost = costs[n]
+            if cost < least and marks[n] < _CLOSED:
+                dx = (places[2 * n] ^ 32768) - 32768 - x0
+                dy = (places[2 * n + 1] ^ 32768) - 32768 - y0
+                if dx < 0:
+                    dx = -dx
+                if dy < 0:
+                    dy = -dy
+                cost += (dx if dx > dy else dy) >> 1
+                if cost < least:
+                    least = cost
+                    best = n
+            n += 1
+        n = GOAL
+        while n <= START:  # the goal is the first that is taken, the start the last
+            if costs[n] < least and marks[n] < _CLOSED:
+                least = costs[n]
+                best = n
+            n += 1
+        return best
+
+    def _x(self, n):
+        return self._g.at(2 * n) if n < GOAL else self._x1 if n == GOAL else self._x0
+
+    def _y(self, n):
+        return self._g.at(2 * n + 1) if n < GOAL else self._y1 if n == GOAL else self._y0
