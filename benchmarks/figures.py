@@ -127,7 +127,8 @@ def main(argv=None):
     print(markdown(rows))
     print()
     print("`python -m benchmarks.figures%s%s%s`: the worst of %s; where no preset is named, `paper` and calibrated odometry." % (
-        " --quick" if args.quick else "", " --stm32" if args.stm32 else "", "".join(" " + name for name in args.homes), "seed 1" if args.quick else "seeds 1 to %d" % seeds[-1]))
+        " --quick" if args.quick else "", " --stm32" if args.stm32 else "", "".join(" " + name for name in args.homes),
+        "seed 1" if args.quick else "seeds 1 to %d" % seeds[-1]))
     return 0 if all_good else 1
 
 
