@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from host_tools.evaluation import ablation, growth, localisation, maps, table2
 from host_tools.evaluation.pool import RunError, figures_of
+from host_tools.evaluation.run import ended_well
 from host_tools.evaluation.section import Plan
 from host_tools.export import whole_file
 from host_tools.processes import signals_as_interrupt
@@ -107,7 +108,7 @@ def _evaluate(args, plan, makers):
     sections = [make(plan, done, args.out) for make in makers]
     _write(args, plan, sections, done)
     print("\n\n".join("\n".join([section.title, "", *section.lines, *section.notes]) for section in sections))
-    unfinished = [run.name for run, figures in done.items() if not figures["result"]["finished"] and run != table2.without_ways(plan)]
+    unfinished = [run.name for run, figures in done.items() if not ended_well(run, figures) and run != table2.without_ways(plan)]
     if unfinished:
         print("host_tools evaluate: %d of %d missions did not finish: %s%s." % (
             len(unfinished), len(done), "; ".join(unfinished[:3]), " and others" if len(unfinished) > 3 else ""), file=sys.stderr)

@@ -5,11 +5,13 @@ import os
 import numpy as np
 
 from host_tools.evaluation import published
-from host_tools.evaluation.section import METHODS, NINE, Section, canvas, finished, mean, number, save, table
+from host_tools.evaluation.run import ended_well
+from host_tools.evaluation.section import METHODS, NINE, Section, canvas, good, mean, number, save, table
 
 COLORS = {"estimate": "#c2410c", "paper_rule": "#6b7280", "ekf": "#2563eb", "ukf": "#0891b2", "batch": "#15803d", "uwb_only": "#a855f7",
           "dead_reckoning": "#a16207"}
 PAPER_COLOR = "#111827"
+AN_HOUR = "Seed 1 and mode paper are whole missions, at most four hours of robot time; the other runs are ended after one hour."
 
 
 def fig5a(plan, done, folder):
@@ -22,7 +24,7 @@ def fig5a(plan, done, folder):
                      "yes" if error and max(error) <= published.WITHIN_CM else "no"))
     lines = table(("seed %d" % plan.seeds[0], "mean cm", "largest cm", "all 20 within 8 cm"), rows)
     data = {name: figures["stops"] for name, figures in groups.items()}
-    section = Section("5a", "Fig. 5(a): error at 20 random stops", lines, data, "fig5a.png")
+    section = Section("5a", "Fig. 5(a): error at 20 random stops", lines, data, "fig5a.png", [AN_HOUR])
     figure, axes = canvas()
     for name, color in zip(list(groups)[:2], (COLORS["estimate"], COLORS["paper_rule"])):
         error = [np.nan if value is None else value for value in groups[name]["stops"]["error_cm"]["estimate"]]
@@ -35,8 +37,8 @@ def fig5a(plan, done, folder):
 
 def fig5b(plan, done, folder):
     """The deviation at 20 places that every repetition passes."""
-    runs = [run for run in plan.main() if done[run]["result"]["finished"]]
-    places = np.array(done[plan.main()[0]]["stops"]["true_xy"])
+    runs = [run for run in plan.main() if ended_well(run, done[run])]
+    places = np.array(done[plan.main()[-1]]["stops"]["true_xy"])
     tracks = [np.load(os.path.join(plan.folder, run.key, "track.npy")) for run in runs]
     deviation = deviations_cm(places, tracks) if len(runs) > 1 else np.full(len(places), np.nan)
     known = deviation[np.isfinite(deviation)]
@@ -73,13 +75,13 @@ def deviations_cm(places, tracks, near_m=0.3):
 
 def fig6(plan, done, folder):
     """Each run's mean error over its 20 stops, by method."""
-    groups = {name: finished([done[run] for run in runs]) for name, runs in plan.groups().items()}
+    groups = {name: good(runs, done) for name, runs in plan.groups().items()}
     means = {name: {method: [mean(each["stops"]["error_cm"].get(method) or []) for each in runs] for method in METHODS}
              for name, runs in groups.items()}
     head = ("mean error, cm", *("%s (%d run%s)" % (name, len(runs), "s" * (len(runs) != 1)) for name, runs in groups.items()))
     rows = [("the paper's combined method", "5.0", *["-"] * (len(groups) - 1))]
     rows += [(label, *(number(mean(by_method[method])) for by_method in means.values())) for method, label in METHODS.items()]
-    notes = missing_peers([done[run] for runs in plan.groups().values() for run in runs])
+    notes = [AN_HOUR] + missing_peers([done[run] for runs in plan.groups().values() for run in runs])
     title = "Fig. 6: mean position error over %d runs" % len(plan.main()[:NINE])
     section = Section("6", title, table(head, rows), means, "fig6.png", notes)
     figure, axes = canvas()

@@ -15,6 +15,7 @@ SCORING = ("mission.py", "mission_log.py", "result.py", "score.py", "lines.py", 
 PEER_LIBRARIES = ("filterpy", "gtsam")
 FIGURES = "figures.json"
 MAX_ROBOT_S = 14400  # as of a mission by hil
+HOUR_S = 3600        # of robot time, for who asks how far off it is, not for the whole map
 
 
 # `home` is a path. `settings`: flags, "name=on|off". `limits`: constants of the core other than its own, (name, value) each.
@@ -47,6 +48,12 @@ class Run:
 
     def asdict(self):
         return asdict(self)
+
+
+def ended_well(run, figures):
+    """Finished, or driven as long as it was to be."""
+    robot_s = figures["result"]["time"]["robot_s"] or 0
+    return figures["result"]["finished"] or run.max_robot_s == HOUR_S <= robot_s + 1
 
 
 def from_dict(told):

@@ -14,7 +14,7 @@ import pytest
 from host_tools import cli, evaluate
 from host_tools.evaluation import ablation, growth, localisation, pool, table2
 from host_tools.evaluation.larger_core import larger_core
-from host_tools.evaluation.run import FIGURES, Run, kept
+from host_tools.evaluation.run import FIGURES, MAX_ROBOT_S, Run, ended_well, kept
 from host_tools.evaluation.section import METHODS, Plan
 from host_tools.map_file import Records, encode_records
 from host_tools.result import empty_result
@@ -107,6 +107,15 @@ def test_a_mission_that_did_not_finish_is_told_and_left_out_of_the_means(home, t
     assert "1 of " in said.err and "seed 2" in said.err
 
 
+def test_a_repetition_may_be_ended_after_an_hour_a_whole_mission_may_not(home):
+    plan = Plan(home, (1, 2))
+    whole, repeated = plan.main()
+    assert not ended_well(whole, figures(whole, finished=False, robot_s=3600.0)) and ended_well(whole, figures(whole))
+    assert ended_well(repeated, figures(repeated, finished=False, robot_s=3600.0))
+    assert not ended_well(repeated, figures(repeated, finished=False))
+    assert [run.max_robot_s for run in plan.beside("paper")] == [MAX_ROBOT_S]
+
+
 def test_what_is_not_installed_is_named_and_not_measured(home, tmp_path):
     pytest.importorskip("matplotlib")
     plan = kept_evaluation(home, tmp_path, [localisation.fig6], seeds=2)
@@ -117,7 +126,7 @@ def test_what_is_not_installed_is_named_and_not_measured(home, tmp_path):
         done[run]["missing"] = {"batch": "gtsam"}
     section = localisation.fig6(plan, done, str(tmp_path))
     assert "| batch optimum (gtsam) | - | - | - | - |" in section.lines
-    (note,) = section.notes
+    note = section.notes[-1]
     assert note.startswith("gtsam is not installed") and "tvslam[evaluate]" in note
 
 
