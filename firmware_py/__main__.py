@@ -1,4 +1,4 @@
-# micropython -X heapsize=256k -m firmware_py PATH        or        python -m firmware_py PATH
+# micropython -X heapsize=288k -m firmware_py PATH        or        python -m firmware_py PATH
 # PATH: a serial port or a pty; slcan:PATH or slcan-fd:PATH where an SLCAN adapter is there
 
 import sys
@@ -16,7 +16,7 @@ def run():
             from firmware_py.main import main
         return main(sys.argv[1])
     except MemoryError:
-        print("tvslam: the heap is too small to boot: give at least", UNIX_HEAP_BYTES // 1024, "KiB, as in -X heapsize=256k")
+        print("tvslam: the heap is too small to boot: give at least", UNIX_HEAP_BYTES // 1024, "KiB, as in -X heapsize=288k")
         return 4
     except KeyboardInterrupt:
         return 130

@@ -6,9 +6,10 @@ from protocol.parameters import PARAMETERS
 from protocol.tables import (
     WELCOME, IDENTIFY, IDENTITY, PING, PONG, STEP, STEP_RSP, STATUS, STATUS_RSP, STORE,
     MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
-    ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN, PARAMETER_TEXT,
+    ERROR_NOT_READY, ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN, PARAMETER_TEXT,
 )
 
+from .collection.states import BUILD
 from .inventory import Inventory, STORES
 from .limits import HELLO_MS
 from .pipeline import Tvslam
@@ -203,9 +204,9 @@ class Device:
         out[4] = core.degraded
         out[5] = core.hash_lo
         out[6] = core.hash_hi
-        self._whole_image()
-        out[7] = core.image.crc[0]
-        out[8] = core.image.crc[1]
+        whole = self._whole_image()
+        out[7] = core.image.crc[0] if whole else 0
+        out[8] = core.image.crc[1] if whole else 0
         out[9] = core.closure.before_mm
         out[10] = core.closure.after_mm
         out[11] = core.explorer.bumper.bumps
@@ -225,14 +226,19 @@ class Device:
         out[at + 3] = used - p.heap_boot_bytes if used > p.heap_boot_bytes else 0
 
     def _whole_image(self):
-        # The mission's end has it ready; asked for earlier, it is made (or ended) at once.
+        # The mission's end has it ready; asked for earlier, it is made at once. -> False while the core is about it: to help would
+        # change when the mission ends.
         image = self.core.image
+        if self.core.state == BUILD:
+            return False
         if image.generation != self.core.vectors.generation:
             image.begin()
-        image.step(_ALL)
+        return image.step(_ALL)
 
     def _map_info(self):
-        self._whole_image()
+        if not self._whole_image():
+            self._error(ERROR_NOT_READY, MAP_INFO, 0)
+            return
         image = self.core.image
         out = self.link.out
         out[0] = image.generation

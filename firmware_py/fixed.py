@@ -30,6 +30,11 @@ def wrap(bam):
     return ((bam + 32768) & 0xFFFF) - 32768
 
 
+def int16(value):
+    # What an array "h" holds that is nearest to it: MicroPython's takes the lower bits of more, CPython's refuses it.
+    return -32768 if value < -32768 else 32767 if value > 32767 else value
+
+
 def polar(dx, dy):
     # Distance << 16 | bearing (0..65535) of (dx, dy), packed so that one small int
     # comes back and nothing is allocated. Distance below 16384; bearing within 0.12 degrees.

@@ -17,11 +17,17 @@ assert CHAINS_MAX < 256
 
 BARRIERS_MAX = 32        # seen and not yet searched; searched ones make room
 
-CELLS_MAX = 4096         # 560 m2 of cells of 37 cm; larger homes get larger cells
-assert CELLS_MAX % 8 == 0
+CELLS_MAX = 8192         # 1,120 m2 of cells of 37 cm; larger homes get larger cells, and may keep places that nobody saw: degraded
+assert CELLS_MAX % 16 == 0
 
 REGIONS_MAX = 32         # rooms of one floor
 assert REGIONS_MAX <= 32  # five bits in a chain's kind
+
+AREA_MAX = 65535         # dm2, 655 m2: a larger region is told as this; what is cut off it is reckoned from its true floor
+assert AREA_MAX < 65536  # two bytes of a region
+
+FLOOR_MAX = 16383        # map units, 82 m: places of a floor that are farther apart are taken for no farther, and areas come out wrong
+assert 2 * FLOOR_MAX * FLOOR_MAX < 1 << 30
 
 NODES_MAX = 96           # turning nodes
 assert NODES_MAX < 255   # 255: no node
@@ -33,7 +39,7 @@ CORNERS_MAX = 240        # places that ways lead over while exploring; an office
 assert NODES_MAX <= CORNERS_MAX <= 253  # eight bits, and two for the ends
 
 # u16 that no two need at once: exploring (corners that ways bend round, cells seen), then the gates that may be, then nodes and edges.
-SHARED_MAX = 736
+SHARED_MAX = 992
 assert SHARED_MAX >= 2 * CORNERS_MAX + CELLS_MAX // 16
 assert SHARED_MAX >= 3 * NODES_MAX + EDGES_MAX
 
@@ -47,4 +53,4 @@ assert RX_BYTES >= 108
 
 HELLO_MS = 500           # between two HELLOs while nobody answers
 
-UNIX_HEAP_BYTES = 240 * 1024  # the Unix port boots from here on straight from the sources: there code and compiler work in the heap too
+UNIX_HEAP_BYTES = 272 * 1024  # the Unix port boots from here on straight from the sources: there code and compiler work in the heap too

@@ -25,7 +25,7 @@ package("firmware_py", (
     "__init__.py", "device.py", "fixed.py", "inventory.py", "limits.py", "main_stm32.py", "parameters.py", "pipeline.py",
     "tables.py", "telemetry.py",
     "building/__init__.py", "building/closure.py", "building/corners.py", "building/gates.py", "building/line_fit.py",
-    "building/outline.py", "building/partition.py", "building/passage.py", "building/rings.py", "building/sight.py",
+    "building/outline.py", "building/partition.py", "building/passage.py", "building/rings.py", "building/room.py", "building/sight.py",
     "building/tidy.py", "building/topology.py", "building/way.py", "building/walls.py",
     "collection/bumper.py", "collection/__init__.py", "collection/explorer.py", "collection/follower.py", "collection/infrared.py",
     "collection/ekf.py", "collection/infrared_curve.py", "collection/ir_state.py", "collection/landmarks.py",

@@ -42,6 +42,7 @@ _REASON_LOST = const(6)
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
 DEGRADED_TOPOLOGY = 4
+DEGRADED_SEARCH = 8
 
 _IR = const(3)               # where things stand in the values of a STEP
 _SONAR = const(11)
@@ -137,8 +138,7 @@ class Tvslam:
         self._flags = flags
         track_um = p.of("track")
         self.odometry.begin(p.of("dock_x"), p.of("dock_y"), p.of("dock_heading"), p.of("wheel_diameter"),
-                            track_um // 2 if flags & _EQ1_LITERAL else track_um, p.of("pulses_per_turn"),
-                            flags & _MIDPOINT)
+                            track_um // 2 if flags & _EQ1_LITERAL else track_um, p.of("pulses_per_turn"), flags & _MIDPOINT)
         self.infrared.begin(p.of("ir_radius"), p.values, p.first("ir_bearing"))
         self.explorer.begin(p.of("body_radius"), p.of("wall_gap"), p.of("speed_max"), p.of("turn_max"), track_um)
         self.uwb.begin(p, flags & _WEIGHTED, flags & _FILTER)
@@ -181,16 +181,14 @@ class Tvslam:
             if self._build():
                 e.end(DONE)
         elif e.state == FAILED and not self.reason:
-            self._end(_REASON_STUCK, False)
+            self._end(_REASON_STUCK, e.inside)  # what is known of the home is built all the same
         elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:
-            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, False)
+            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, e.inside)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
         self.ir_state = self.directions.state
         self.tally.step(self)
-        self.hash_lo = self.tally.lo
-        self.hash_hi = self.tally.hi
 
     def _lose(self):
         # The robot was carried away. Of the barrier that it followed nothing counts: where that would go on nobody knows.
@@ -208,7 +206,7 @@ class Tvslam:
         if said == FOUND:
             self.explorer.leave()
         elif said != SEEKING:
-            self._end(_REASON_LOST, False)
+            self._end(_REASON_LOST, self.explorer.inside)
 
     def _build(self):
         # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
@@ -294,4 +292,6 @@ class Tvslam:
             self.degraded |= DEGRADED_VECTORS
         if self.vectors.chains_lost:
             self.degraded |= DEGRADED_CHAINS
+        if self.explorer.inside and (reason != _REASON_CLOSED or not self.search.complete()):
+            self.degraded |= DEGRADED_SEARCH
         self.explorer.end(BUILD if good else FAILED)

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from host_tools.evaluation import ablation, growth, localisation, maps, table2
 from host_tools.evaluation.pool import RunError, figures_of
+from host_tools.evaluation.run import ended_well
 from host_tools.evaluation.section import Plan
 from host_tools.export import whole_file
 from host_tools.processes import signals_as_interrupt
@@ -94,7 +95,7 @@ def runs_for(plan, makers):
     needs = {localisation.fig5a: lambda: [runs[0] for runs in plan.groups().values()], localisation.fig5b: plan.main,
              localisation.fig6: lambda: [run for runs in plan.groups().values() for run in runs], maps.fig7: list,
              maps.fig8: lambda: plan.main()[:1], maps.fig9: lambda: plan.main()[:1],
-             table2.table2: lambda: [plan.main()[0], plan.beside("paper")[0], *table2.without_topology(plan)],
+             table2.table2: lambda: [plan.main()[0], plan.beside("paper")[0], table2.without_ways(plan)],
              ablation.ablation: lambda: [run for by in ablation.runs(plan).values() for of in by.values() for run in of],
              growth.growth: lambda: growth.runs(plan)[::-1]}
     return [run for make in makers for run in needs[make]()]
@@ -107,7 +108,7 @@ def _evaluate(args, plan, makers):
     sections = [make(plan, done, args.out) for make in makers]
     _write(args, plan, sections, done)
     print("\n\n".join("\n".join([section.title, "", *section.lines, *section.notes]) for section in sections))
-    unfinished = [run.name for run, figures in done.items() if not figures["result"]["finished"]]
+    unfinished = [run.name for run, figures in done.items() if not ended_well(run, figures) and run != table2.without_ways(plan)]
     if unfinished:
         print("host_tools evaluate: %d of %d missions did not finish: %s%s." % (
             len(unfinished), len(done), "; ".join(unfinished[:3]), " and others" if len(unfinished) > 3 else ""), file=sys.stderr)

@@ -20,7 +20,6 @@ from protocol.range_code import AT
 HEADER = struct.Struct("<4sH4B")
 UNIT_M = 0.005
 CHAIN_COUNT_MAX = 255
-PIECES_MAX = 255 * 8 + 2 * 65535  # more than any map has
 
 FLAG_CONCAVE = 1
 FLAG_LONG = 2
@@ -88,10 +87,9 @@ class Records:
         """Written into the buffer, or read from it -> how many bytes."""
         coder = MapCode(self, self)
         coder.begin(array("H", bytes(2 * MODEL_PLACES)), buf, reads, len(buf) - 1)
-        for _ in range(PIECES_MAX):
-            if coder.step():
-                return coder.s[AT]
-        raise MapError("the map never ends")
+        while not coder.step():  # comes to an end: each is one thing further, and so are the arrays
+            pass
+        return coder.s[AT]
 
 
 def decode_records(data):
@@ -111,6 +109,9 @@ def decode_records(data):
         size = -1
     if size != len(body) or sum(records.counts) != records.used:
         raise MapError("the map's bytes do not agree with the counts in its header")
+    flaw = map_graph.flaw(records)
+    if flaw:
+        raise MapError("the map contradicts itself: %s; it was damaged before its checksum was made" % flaw)
     return records
 
 

@@ -11,6 +11,7 @@ from protocol.map_code import ABOUT, EDGES
 FIRST, COUNT, AREA, LINES, PARENT = range(5)  # places of six
 FLAG_GATE_FIRST = 256
 UNIT_M = 0.005
+NODES_MAX = EDGES - ABOUT
 
 
 @dataclass
@@ -30,6 +31,31 @@ class Edge:
     nodes: tuple            # numbers
     region: int
     cost_cm: int
+
+
+def flaw(records):
+    """What cannot be, in words; "" for a graph that holds together."""
+    here, there = records.node_count, records.region_count
+    if here > NODES_MAX:
+        return "%d turning nodes, and no map has more than %d" % (here, NODES_MAX)
+    if (here or records.edge_count) and not there:
+        return "%d turning nodes and %d edges in no region" % (here, records.edge_count)
+    for r in range(there):
+        first, count, parent = (records.regions[6 * r + place] for place in (FIRST, COUNT, PARENT))
+        if first >= records.used or count > records.used:
+            return "region %d is %d of %d records from record %d on" % (r, count, records.used, first)
+        if parent & 255 >= there:
+            return "region %d lies in region %d of %d" % (r, parent & 255, there)
+    told = 0
+    for n in range(here):
+        first, many = records.shared[ABOUT + n] & 255, records.shared[ABOUT + n] >> 8
+        if first != told or told + many > records.edge_count:
+            return "node %d has %d edges from edge %d of %d on" % (n, many, first, records.edge_count)
+        told += many
+        for row in records.shared[EDGES + first:EDGES + first + many]:
+            if not n < row & 255 < here:
+                return "an edge leads from node %d to node %d of %d" % (n, row & 255, here)
+    return "" if told == records.edge_count else "its nodes have %d of %d edges" % (told, records.edge_count)
 
 
 def regions(records, xy, rings, places):

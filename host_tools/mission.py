@@ -207,5 +207,6 @@ class MissionBuilder:
             np.array([self._states.get(int(step), -1) for step in steps[:, 0]], np.int64),
             np.array([at for at, _ in self._reports], np.int64), padded[0], padded[1], padded[2],
             poses, np.zeros((0, 4)) if truth is None else truth,
-            self._turn_rows(row), np.array(self._ir, np.int16).reshape(len(steps), len(self._ir[0]) if self._ir else 0), np.array(self._ticks_us, float),
+            self._turn_rows(row), np.array(self._ir, np.int16).reshape(len(steps), len(self._ir[0]) if self._ir else 0),
+            np.array(self._ticks_us, float),
             self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged)

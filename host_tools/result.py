@@ -19,7 +19,7 @@ from host_tools.score import score_map
 from protocol import states
 
 STOPS = 20
-DEGRADED = ("vectors", "chains", "topology")  # STATUS_RSP.degraded, bit by bit: the stores that ran full
+DEGRADED = states.DEGRADED
 MAP_STORES = ("vectors", "chains", "regions", "nodes", "edges")
 ERRORS = {"mean_cm": None, "p95_cm": None, "max_cm": None}
 SKELETON = {

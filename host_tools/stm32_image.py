@@ -8,7 +8,6 @@ import contextlib
 import fcntl
 import hashlib
 import json
-import os
 import re
 import shutil
 import tempfile
@@ -16,6 +15,7 @@ from pathlib import Path
 
 from host_tools import stm32_build, stm32_check, stm32_core, stm32_source, stm32_tools
 from host_tools.core_process import CoreError, packages_folder
+from host_tools.made_once import asked_for, cache_folder, prune
 from host_tools.stm32_tools import ImageError
 
 BLOCK_BYTES = 16    # of MicroPython's heap on a 32-bit part: less cannot be used
@@ -43,11 +43,6 @@ def facts(elf):
     return json.loads(Path(elf).with_name("image.json").read_text(encoding="utf-8"))
 
 
-def cache_folder():
-    named = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return (named if named.is_absolute() else Path.home() / ".cache") / "tvslam"  # the XDG specification: a relative one is ignored
-
-
 def _image(cache, heap_bytes, micropython, progress, mark):
     try:
         root = Path(packages_folder())
@@ -61,7 +56,7 @@ def _image(cache, heap_bytes, micropython, progress, mark):
     kept = cache / ("image-" + stm32_core.image_key(vm_key, files, heap_bytes, mark))
     elf = kept / "firmware.elf"
     if _whole(elf):
-        os.utime(kept)  # for _prune
+        asked_for(kept)
         progress("Nothing has changed: the image is in the cache.")
         return elf
     shutil.rmtree(kept, ignore_errors=True)  # half of an image, or a damaged one
@@ -77,7 +72,7 @@ def _image(cache, heap_bytes, micropython, progress, mark):
         shutil.copy2(folder / "firmware.elf", image_folder)
         (image_folder / "image.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
         image_folder.rename(kept)
-    _prune(cache)
+    prune(cache, "image-*", IMAGES_KEPT)
     return elf
 
 
@@ -91,13 +86,6 @@ def _whole(elf):
 def _without_spaces(folder, way_out):
     if any(c.isspace() for c in str(folder)):
         raise ImageError("make cannot work in a folder with a space in its name (%s): %s." % (folder, way_out))
-
-
-def _prune(cache):
-    """Leaves the images that were asked for last."""
-    images = sorted(cache.glob("image-*"), key=lambda folder: folder.stat().st_mtime)
-    for old in images[:-IMAGES_KEPT]:
-        shutil.rmtree(old, ignore_errors=True)
 
 
 def _version(tree):

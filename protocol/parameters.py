@@ -52,5 +52,5 @@ FLAGS = (
     ("manhattan", 1, "the filter takes the heading from walls that stand square to each other, where a vote finds such"),
     ("landmarks", 1, "the filter takes walls of the outline that are met again, where fixes do not bound the error"),
     ("transmitter_gamma", 1, "where shadowing is a field of the place, learn gamma of each transmitter (eq. 3)"),
-    ("kidnap", 1, "notice by UWB that the robot was set down elsewhere, find its place there, and go on; with `filter`"),
+    ("kidnap", 1, "notice by UWB that the robot was set down elsewhere, find its place there, and go on (with flag filter)"),
 )

@@ -102,7 +102,7 @@ ERROR_UNKNOWN_ID = 1
 ERROR_STEP_ORDER = 2    # detail: the step number expected next
 ERROR_RANGE = 3
 ERROR_STALE = 4         # MAP_READ of another generation; detail: today's generation
-ERROR_NOT_READY = 5     # STEP before the parameters that it needs; detail: the parameter missing
+ERROR_NOT_READY = 5     # MAP_INFO while the core is about to build the map: ask again; detail 0
 
 # PARAM_VALUE.status
 PARAM_OK = 0

@@ -26,7 +26,7 @@ NAMES = (
 )
 
 # STATUS_RSP.degraded, bit by bit: the store that ran full
-DEGRADED = ("vectors", "chains", "topology")
+DEGRADED = ("vectors", "chains", "topology", "search")
 
 # STATUS_RSP.reason
 REASON_NONE = 0

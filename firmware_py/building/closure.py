@@ -1,7 +1,7 @@
 # The closure error of a lap: measured on the wall walked twice, spread along the outline.
 
 from array import array
-from ..fixed import polar, isqrt, sine, cosine, wrap
+from ..fixed import int16, polar, isqrt, sine, cosine, wrap
 from ..storage.vector_store import CHAIN_END
 
 _FIRST = const(16)           # vectors at the outline's start that the overlap is compared with
@@ -160,8 +160,8 @@ class Closure:
             self._at = i + 1
             if self._total:
                 share = (self._length << 10) // self._total
-                s.xs[i + 1] = _int16(s.xs[i + 1] + ((self.x_mm * share // 5 + 512) >> 10))
-                s.ys[i + 1] = _int16(s.ys[i + 1] + ((self.y_mm * share // 5 + 512) >> 10))
+                s.xs[i + 1] = int16(s.xs[i + 1] + ((self.x_mm * share // 5 + 512) >> 10))
+                s.ys[i + 1] = int16(s.ys[i + 1] + ((self.y_mm * share // 5 + 512) >> 10))
                 s.generation = (s.generation + 1) & 0xFFFF
         return False
 
@@ -169,7 +169,3 @@ class Closure:
 def _near(v):
     # polar() takes distances below 16384.
     return 11000 if v > 11000 else -11000 if v < -11000 else v
-
-
-def _int16(v):
-    return 32767 if v > 32767 else -32768 if v < -32768 else v

@@ -26,7 +26,8 @@ class Corners:
         self._vectors = vectors
         self._sight = sight
         self._g = graph
-        self._built = -1        # generation of the map that they are of
+        self._built = -1        # generation of the map that they are of; of that which build() is about
+        self._of = -1
         self._chain = 0
         self._record = 0        # of that chain
 
@@ -35,12 +36,15 @@ class Corners:
         v = self._vectors
         if self._built == v.generation:
             return True
-        if self._chain == 0 and self._record == 0:
+        if self._of != v.generation:
+            self._of = v.generation
+            self._chain = 0
+            self._record = 0
             self.used = 0
         c = self._chain
         if c >= v.chains:
-            self._built = v.generation
-            self._chain = 0
+            self._built = self._of
+            self._of = -1
             return True
         first = v.firsts[c]
         last = first + v.counts[c] - 1

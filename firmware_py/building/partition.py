@@ -1,15 +1,11 @@
 # Rooms: the map is cut at its doorways (Paper 4.3).
-from ..fixed import sine, cosine
 from ..limits import REGIONS_MAX
-from ..storage.region_graph import AREA, COUNT, FIRST, GATE_FIRST, LEARNED, LINES, PARENT
+from ..storage.region_graph import COUNT, FIRST, GATE_FIRST, LINES, PARENT
 from ..storage.vector_store import BARRIER, CHAIN_END, LONG, SEARCHED
 from .gates import Gates
 from .rings import Rings
+from .room import ROOM_MIN, fits, square
 
-_ROOM_MIN = const(165)       # dm2
-_OPEN = const(33)            # 32nds of the gate's width must fit into the rooms if a wall ends at it,
-_PLAIN = const(40)           # so many if none does
-_SHORTEST = const(10)        # map units: at a shorter vector no square is tried
 _WORK = const(3600)          # a tick; a piece costs as much as 300 vectors, and the vectors
 # phases
 _COLLECT = const(0)
@@ -25,8 +21,7 @@ _DONE = const(7)
 class Partition:
     # begin(); step() once a tick until True. Fills the graph's regions; a barrier's region is the upper five bits of its kind.
     #
-    # The gates, shortest first, are taken if there is a room on either side: 1.65 m2, and a square a little wider than the gate
-    # stands somewhere at its wall (a quarter wider where no wall ends at the gate).
+    # The gates, shortest first, are taken if there is a room on either side (room.py).
     #
     # While it works, each gate stands in the vector store's free places behind the map, an open chain of two records, so that a look
     # stops at it. region_of() needs them there. Full: what does not fit is refused and counted in the graph's `lost`.
@@ -58,7 +53,7 @@ class Partition:
         self.rings.chain = 0
         self._gate_chains = 0
         c = 0
-        while c < v.chains and v.kinds[c] & BARRIER:
+        while c < v.chains and (v.kinds[c] & BARRIER or v.counts[c] == 0):
             c += 1
         if c == v.chains:
             self._phase = _DONE  # no outline
@@ -67,10 +62,11 @@ class Partition:
         i = v.firsts[c]
         for n in range(6):
             g.regions[n] = 0
+        self.rings.far = 0
         n = self.rings.count(i, self.rings.beside(i, -1))
         g.regions[FIRST] = i
         g.regions[COUNT] = n
-        g.regions[AREA] = min(max(0, self.rings.enclosed(i, n, i, 0, 0) // 50), 65535)
+        g.set_floor(0, self.rings.enclosed(i, n, i, 0, 0) // 50)
         g.region_count = 1
         self._gates.begin(i)
         if not self._has_room():
@@ -123,8 +119,7 @@ class Partition:
         # Where the gate stands.
         v = self._v
         gate = self._gates
-        wall_ends = gate.wall_ends(gate.i) or not gate.foot and gate.wall_ends(gate.k)
-        self._square = gate.width * (_OPEN if wall_ends else _PLAIN) >> 5
+        self._square = square(gate)
         self._parent = self.region_of(v.xs[gate.i] + gate.x >> 1, v.ys[gate.i] + gate.y >> 1)
         self._inside = v.kinds[v.chain_of(gate.i)] & BARRIER
         self._phase = _CUT
@@ -153,15 +148,15 @@ class Partition:
             self._count = self.rings.count(gate.k, gate.i)
         g.regions[r + FIRST] = self._first
         g.regions[r + COUNT] = self._count
-        g.regions[r + LINES] = g.regions[r + LEARNED] = 0
+        g.regions[r + LINES] = 0
         g.regions[r + PARENT] = flags
         area = area // 50
         for q in range(1, g.region_count):
             if self._holds(g.region_count, self.middle(v.xs, q), self.middle(v.ys, q)):
-                area -= g.regions[6 * q + AREA]
-        if area < _ROOM_MIN or g.regions[6 * p + AREA] - area < _ROOM_MIN:
+                area -= g.floor(q)
+        if area < ROOM_MIN or g.floor(p) - area < ROOM_MIN:
             return
-        g.regions[r + AREA] = area
+        g.set_floor(g.region_count, area)
         n = gate.behind
         c = v.chains + self._gate_chains
         v.firsts[c] = n
@@ -221,7 +216,7 @@ class Partition:
     def _try(self):
         # Does the square stand at the vector here?
         if self._left > 0:
-            if not self._fits():
+            if not fits(self._v, self._sight, self.rings, self._at, self._square):
                 self._on(1)
                 return
             if self._side == self._g.region_count and not self._inside:
@@ -232,21 +227,6 @@ class Partition:
             self._gate_chains -= 1
         self._phase = _CHOOSE
 
-    def _fits(self):
-        # At its middle, or at either end.
-        v = self._v
-        p = self.rings.polar(self._at, 1)
-        far = p >> 16
-        c = cosine(p & 0xFFFF)
-        s = sine(p & 0xFFFF)
-        n = self._square
-        fits = False
-        for k in range(3 if far > n + 4 else 1 if far >= _SHORTEST else 0):
-            t = far >> 1 if k == 0 else n // 2 + 2 if k == 1 else far - n // 2 - 2
-            fits = fits or self._sight.met(v.xs[self._at] + (t * c - 4 * s >> 15), v.ys[self._at] + (t * s + 4 * c >> 15),
-                                           -n * s >> 15, n * c >> 15, n // 2, 1) == 0
-        return fits
-
     def _accept(self):
         v = self._v
         g = self._g
@@ -255,7 +235,7 @@ class Partition:
         for q in range(1, r):
             if g.regions[6 * q + PARENT] & 255 == p and self._holds(r, self.middle(v.xs, q), self.middle(v.ys, q)):
                 g.regions[6 * q + PARENT] += r - p
-        g.regions[6 * p + AREA] -= g.regions[6 * r + AREA]
+        g.set_floor(p, g.floor(p) - g.floor(r))
         if p == 0 and not self._inside and self.rings.count(self._first, g.regions[FIRST]) < self._count:
             g.regions[FIRST] = self.rings.ahead(self._first, self._count - 1)  # outside of its children
         g.region_count = r + 1
@@ -284,6 +264,7 @@ class Partition:
         g = self._g.regions
         c = self._chain
         if c == v.chains:
+            self._g.settle_floors(self.rings.far)
             v.generation = (v.generation + 1) & 0xFFFF
             self._phase = _DONE
             return
@@ -294,6 +275,6 @@ class Partition:
             while r and v.chain_of(g[6 * r + FIRST]) == c:
                 r = g[6 * r + PARENT] & 255
             v.kinds[c] = v.kinds[c] & 7 | r << 3
-            g[6 * r + AREA] = max(0, g[6 * r + AREA] + min(self.rings.enclosed(i, v.counts[c], i, 0, 0) // 50, 0))
+            self._g.set_floor(r, self._g.floor(r) + min(self.rings.enclosed(i, v.counts[c], i, 0, 0) // 50, 0))
             for k in range(v.counts[c]):
                 self._line(r, i + k)

@@ -2,7 +2,9 @@
 #
 # A port may put machine code in their place (ports/sight_viper.py).
 
-_WIDE = const(16383)     # map units: a vector is taken for no longer, a place for no farther
+from ..limits import FLOOR_MAX
+
+FAR = 65536              # said of a place that is farther than FLOOR_MAX: it is taken for no farther
 _FULL = const(1 << 29)
 
 
@@ -29,7 +31,7 @@ def narrow(xs, ys, j, k, end, scope):
             continue
         ex = bx - ax
         ey = by - ay
-        if ex > _WIDE or ex < -_WIDE or ey > _WIDE or ey < -_WIDE:
+        if ex > FLOOR_MAX or ex < -FLOOR_MAX or ey > FLOOR_MAX or ey < -FLOOR_MAX:
             continue
         t = -(ax * ex + ay * ey)
         length = ex * ex + ey * ey
@@ -53,7 +55,7 @@ def narrow(xs, ys, j, k, end, scope):
 
 # Places in `scope` of trace():
 #   in       0, 1 a point
-#   in, out  2, 3 the place before, from the point   4 the area so far, in 200 mm2   5 borders crossed on the way out to the right
+#   in, out  2, 3 the place before, from the point   4 the area so far, in 200 mm2   5 borders crossed on the way out to the right | FAR
 
 
 def trace(xs, ys, k, end, scope):
@@ -67,14 +69,10 @@ def trace(xs, ys, k, end, scope):
         bx = xs[k] - x
         by = ys[k] - y
         k += 1
-        if bx > _WIDE:
-            bx = _WIDE
-        elif bx < -_WIDE:
-            bx = -_WIDE
-        if by > _WIDE:
-            by = _WIDE
-        elif by < -_WIDE:
-            by = -_WIDE
+        if bx > FLOOR_MAX or bx < -FLOOR_MAX or by > FLOOR_MAX or by < -FLOOR_MAX:
+            scope[5] |= FAR
+            bx = max(-FLOOR_MAX, min(bx, FLOOR_MAX))
+            by = max(-FLOOR_MAX, min(by, FLOOR_MAX))
         z = ax * by - ay * bx
         if ay > 0:
             if by <= 0 and z < 0:

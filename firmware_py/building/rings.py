@@ -15,6 +15,7 @@ class Rings:
         self.chains = 0
         self.chain = 0        # of the record that was asked for last; 0 whenever the map has changed
         self.crossed = 0
+        self.far = 0          # since it was set to 0: places too far from one another for areas to be true
         self._v = vectors
         self._scope = array("i", bytes(24))
 
@@ -93,4 +94,5 @@ class Rings:
                 first = self.beside(first + n - 1, 1)
         passage.trace(v.xs, v.ys, gate, gate + 1, s)
         self.crossed = s[5]
+        self.far |= s[5] & passage.FAR
         return s[4]

@@ -5,7 +5,7 @@
 #   sight.inside(x_mm, y_mm)                             True: within the outline and in no barrier
 #
 # Each question is one walk over the map, in `look`. A port may put machine code in its place
-# (ports/rolling_viper.py): a few ten instructions a vector in the place of some 1,500.
+# (ports/sight_viper.py): a few ten instructions a vector in the place of some 1,500.
 
 from array import array
 from ..fixed import isqrt

@@ -84,6 +84,7 @@ class WallMapper:
         self._close_line()
         self._emit(self._end_x, self._end_y, 0, CHAIN_END)
         self._has_before = False
+        self._store.cancel_chain()  # a full store took none of it
 
     def _begin_chain(self, x, y):
         self._store.open_chain(self.kind)

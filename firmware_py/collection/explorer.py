@@ -165,6 +165,8 @@ class Explorer:
         if not tick & 1:
             said = t.step(self._here, self._follower, o.path_mm)
             if said:
+                if said != LOST:
+                    self.stuck = 0  # out of whatever it was
                 self.outcome = said
                 self.motion.stop()
                 self._start_leg()
@@ -289,8 +291,7 @@ class Explorer:
     def _got_stuck(self):
         self.stuck += 1
         if self.stuck > _STUCK_MAX:
-            self.state = FAILED
-            self.motion.stop()
+            self.end(FAILED)
             return
         self._resume = FOLLOW if self.mapping else SELECT if self.inside else ALIGN
         self.outcome = LOST

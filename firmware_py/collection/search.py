@@ -15,6 +15,7 @@ _BESIDE_MM = const(120)
 _LOOKS = const(40)             # at cells, a tick
 _TESTS = const(2)              # of places against the map, a tick
 _VISITS_MAX = const(96)        # barriers gone to in one mission
+_COARSE_MM = const(550)        # cells from here on hold places that a robot in them does not see
 
 # kind of a target
 NOTHING = 0        # all is seen
@@ -159,6 +160,7 @@ class Search:
                 b.marks[i] = 2  # on the map by now
                 return WAIT
             self._visits += 1
+            b.going = i
             return self._go(BARRIER, i)
         if not self.sweep:
             return NOTHING
@@ -208,21 +210,29 @@ class Search:
         return WAIT
 
     def _cost(self, i, j, dx, dy, heading_bam):
-        if not (-8000 < dx < 8000 and -8000 < dy < 8000):
-            dx >>= 4
-            dy >>= 4
+        scale = 0
+        while not (-8000 < dx < 8000 and -8000 < dy < 8000):
+            dx >>= 1
+            dy >>= 1
+            scale += 1
         p = polar(dx, dy)
         turn = ((p & 0xFFFF) - heading_bam + 32768 & 0xFFFF) - 32768
         seen = self._is_seen(i - 1, j) + self._is_seen(i + 1, j) + self._is_seen(i, j - 1) + self._is_seen(i, j + 1)
-        return (p >> 16) + (turn if turn >= 0 else -turn) * _TURN_MM // 16384 - seen * _BESIDE_MM
+        return (p >> 16 << scale) + (turn if turn >= 0 else -turn) * _TURN_MM // 16384 - seen * _BESIDE_MM
+
+    def complete(self):
+        # Whether nothing was left out for want of room.
+        b = self.barriers
+        return self._cell_mm < _COARSE_MM and b.lost == 0 and b.nearest(0, 0) < 0
 
     def finish(self, good):
         # The target is reached and dealt with, or cannot be reached.
         if self.kind == PLACE:
             self._see(self._target)
         elif self.kind == BARRIER:
-            marks = self.barriers.marks
-            marks[self._target] += 2 if good else 1
+            b = self.barriers
+            b.marks[b.going] += 2 if good else 1
+            b.going = -1
         self.kind = WAIT
 
     def forget(self):

@@ -50,11 +50,12 @@ class Shadowing:
         other = 32767
         at = 0
         z = sigma = spread = unsure = 0
-        for i in range(anchor, 2 * ANCHORS_MAX, ANCHORS_MAX):
+        for behind in range(2):  # whether walls stand between
+            i = anchor + behind * ANCHORS_MAX
             gamma = self.gammas[i]
             e = gamma * far // 1000 - loss_cdb  # so much stronger than expected: nearer
             s = self._sigma_cdb
-            if i != anchor:
+            if behind:
                 e += _BEHIND_LOSS_CDB
                 s = _BEHIND_SIGMA_CDB
             p = min(unsure_mm * gamma // 1000 * 434 // expected_mm, 4000)

@@ -25,6 +25,7 @@ _SEEN_SHIFT = const(3)         # over the last eight reports or so
 _SEEN_MAX_MM = const(2000)
 _TRUSTED = const(3000)         # 29 mm: what dead reckoning is trusted for where the ranges say little
 _STRIFE_MAX = const(99)
+_WALLS_MM = const(1000)        # so far walls may draw the estimate away, where ranges are by time of flight
 _UNIT = const(2560000)         # square millimetres times information
 
 # Places in `scope`, an array "i": first a11, a12, a22, b1, b2, the sums
@@ -74,7 +75,7 @@ class Uwb:
         self._seen_mm = array("h", bytes(2 * ANCHORS_MAX))
         self.scope = array("i", bytes(60))
         self.waiting = 0
-        self._counted = False  # the present report has made a difference
+        self._told = 0         # of the present report: what weigh() said
         self._queue = array("i", bytes(4 * _RECORDS_MAX))  # transmitter << 16 | range in mm, or loss + _LOSS_MAX
 
     def begin(self, parameters, weighted, filtered=0):
@@ -133,7 +134,7 @@ class Uwb:
             self.work()  # reports come faster than they are worked off
         self.scope[_X] = x_mm
         self.scope[_Y] = y_mm
-        self._counted = False
+        self._told = 0
         for i in range(5):
             self.scope[i] -= self.scope[i] >> _AGE_SHIFT
         if abs(self.scope[3]) > 1 << 28 or abs(self.scope[4]) > 1 << 28:
@@ -162,15 +163,15 @@ class Uwb:
         self.waiting = n - _RECORDS if n > _RECORDS else 0
         n = weigh(self.scope, self._queue, self._table, self._seen_mm, self.waiting, n)
         self.outliers = self.outliers + (n >> 8 & 255) & 0xFFFF
+        if n & 0xFF and not self._told & 0xFF and self.reports < 1000:
+            self.reports += 1
+        self._told += n
         if self.waiting == 0:
-            # Of the strongest. Walls make a range longer, never shorter: who is told that he is nearer to two transmitters than he can
-            # be, and to half as many as agree with him, is not where he thinks, whatever stands between.
-            self.contradicted = n >> 16 > 1 and 2 * (n >> 16) >= n & 255
+            # Walls make a range longer, never shorter: who is told that he is nearer to transmitters than he can be, and to half
+            # as many as agree with him, is not where he thinks, whatever stands between.
+            n = self._told >> 16
+            self.contradicted = n > 0 and 2 * n >= self._told & 0xFF and (self._told >> 8) + self._told & 0xFF > 3
             self.strife = min(self.strife + 1, _STRIFE_MAX) if self.contradicted else max(self.strife - 2, 0)
-        if n & 0xFF and not self._counted:
-            self._counted = True
-            if self.reports < 1000:
-                self.reports += 1
 
     def next(self, x_mm, y_mm):
         # Of a report of strengths one transmitter: dx_mm, dy_mm the way there, far_mm with its height. -> False: out of reach
@@ -228,7 +229,7 @@ class Uwb:
 
 
 def weigh(scope, queue, table, seen_mm, begin, end):
-    # Adds the records queue[begin .. end) to the sums. -> how many counted, the outliers << 8, those among them that are too short << 16
+    # Adds the records queue[begin .. end) to the sums. -> how many counted, outliers << 8, those of them that are far too short << 16
     # A port may put machine code in its place: ports/rolling_viper.py.
     x_mm = scope[_X]
     y_mm = scope[_Y]
@@ -275,10 +276,8 @@ def weigh(scope, queue, table, seen_mm, begin, end):
         if i > _RESIDUAL_MAX_MM:
             i = _RESIDUAL_MAX_MM
         i += scope[SLACK]
-        if e > i:
-            told += 65792
-        elif e < -i:
-            told += 256
+        if e > i or e < -i:
+            told += 65792 if e > i + (0 if gamma else _WALLS_MM) else 256
         elif likely <= scope[_FAR]:
             # A move by u (towards the transmitter) shortens the range by 1: e = u . (dx, dy)
             w = scope[_WORTH] // (likely * likely) if likely > 25 else 1024

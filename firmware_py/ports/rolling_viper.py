@@ -219,10 +219,8 @@ def weigh(s: ptr32, records: ptr32, of: ptr32, lately: ptr16, begin: int, end: i
                     likely = i
             i = 120 + 4 * deviation
             i = (i if i < 900 else 900) + s[12]
-            if e > i:
-                told += 65792
-            elif e < 0 - i:
-                told += 256
+            if e > i or e < 0 - i:
+                told += 65792 if e > i + (0 if gamma else 1000) else 256
             elif likely <= s[14]:
                 w = 1024
                 if likely > 25:

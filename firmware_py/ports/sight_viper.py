@@ -129,14 +129,10 @@ def trace(xs: ptr16, ys: ptr16, k: int, end: int, s: ptr32):
         bx = (xs[k] ^ 32768) - 32768 - x
         by = (ys[k] ^ 32768) - 32768 - y
         k += 1
-        if bx > 16383:
-            bx = 16383
-        elif bx < -16383:
-            bx = -16383
-        if by > 16383:
-            by = 16383
-        elif by < -16383:
-            by = -16383
+        if bx > 16383 or bx < -16383 or by > 16383 or by < -16383:
+            s[5] = s[5] | 65536
+            bx = 16383 if bx > 16383 else bx if bx > -16383 else -16383
+            by = 16383 if by > 16383 else by if by > -16383 else -16383
         z = ax * by - ay * bx
         if ay > 0:
             if by <= 0 and z < 0:

@@ -11,6 +11,7 @@ SEARCHED = 2            # or unreachable, twice tried
 
 class BarrierList:
     # x, y int16 in map units of 5 mm, mark u8: tries, SEARCHED from 2 on. Newest at the end.
+    # going: the one that the robot goes to, -1: none. It keeps its number while others make room.
     # Full: a searched one makes room; if there is none, the new one is refused and counted in `lost`.
     # Allocates in __init__ only. Written by Search.
 
@@ -23,6 +24,7 @@ class BarrierList:
         self.marks = bytearray(BARRIERS_MAX)
         self.used = 0
         self.lost = 0
+        self.going = -1
 
     def add(self, x, y):
         # -> whether it is a new one
@@ -32,7 +34,7 @@ class BarrierList:
             dy = self.ys[i] - y
             if -_APART < dx < _APART and -_APART < dy < _APART:
                 return False
-            if self.marks[i] >= SEARCHED and spare < 0:
+            if self.marks[i] >= SEARCHED and spare < 0 and i != self.going:
                 spare = i
         if not -32768 <= x <= 32767 or not -32768 <= y <= 32767:
             return False
@@ -40,6 +42,8 @@ class BarrierList:
         if i < BARRIERS_MAX:
             self.used = i + 1
         elif spare >= 0:
+            if spare < self.going:
+                self.going -= 1
             while spare < i - 1:  # the order is that of finding
                 self.xs[spare] = self.xs[spare + 1]
                 self.ys[spare] = self.ys[spare + 1]

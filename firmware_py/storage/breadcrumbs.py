@@ -1,7 +1,7 @@
 # Where the robot has been along the wall that it follows: how a loop is recognised.
 
 from array import array
-from ..fixed import sine, cosine
+from ..fixed import int16, sine, cosine
 from ..limits import CRUMBS_MAX
 
 _SPACING_MM = const(250)
@@ -119,13 +119,9 @@ class Breadcrumbs:
             self._spacing_mm *= 2
             self._cursor = 0
         i = self.used
-        self._xs[i] = _int16(x_mm // 5)
-        self._ys[i] = _int16(y_mm // 5)
-        self.turns[i] = _int16(turn)
+        self._xs[i] = int16(x_mm // 5)
+        self._ys[i] = int16(y_mm // 5)
+        self.turns[i] = int16(turn)
         self.vectors[i] = vectors
         self._headings[i] = heading_bam >> 8
         self.used = i + 1
-
-
-def _int16(v):
-    return -32768 if v < -32768 else 32767 if v > 32767 else v

@@ -1,6 +1,7 @@
 # The turning points that the robot recorded (Paper eq. 5).
 
 from array import array
+from ..fixed import int16
 from ..limits import POINTS_MAX
 
 CONVEX = 0    # barrier in front, left turn
@@ -32,8 +33,8 @@ class PointRing:
         else:
             self.used += 1
         i = self.count & (POINTS_MAX - 1)
-        self.xs[i] = -32768 if x < -32768 else 32767 if x > 32767 else x
-        self.ys[i] = -32768 if y < -32768 else 32767 if y > 32767 else y
+        self.xs[i] = int16(x)
+        self.ys[i] = int16(y)
         self.headings[i] = heading_bam
         self.orders[i] = self.count
         self.kinds[i] = kind

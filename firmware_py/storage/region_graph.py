@@ -2,7 +2,7 @@
 
 from array import array
 from protocol.map_code import ABOUT, EDGES
-from ..limits import EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
+from ..limits import AREA_MAX, EDGES_MAX, NODES_MAX, REGIONS_MAX, SHARED_MAX
 
 # a region's six places in `regions`
 FIRST = 0      # record of the vector store that its range begins with
@@ -24,8 +24,9 @@ class RegionGraph:
     # shared   nodes: x, y in map units (int16) at 2 n; first edge | how many << 8 at ABOUT + n: 6 B
     #          edges: the other node | region << 8 at EDGES + k: 2 B. An edge stands once, at the node of the lower number, its cost
     #          is its length.
-    # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates.
-    # Full: what comes is refused and counted in `lost`. Allocates in __init__ only.
+    # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates; until settle_floors(), a
+    # region's LEARNED has the upper bits of its area, so that what is larger than AREA_MAX may still be cut.
+    # Full: what comes is refused and counted in `lost`, as is an area that cannot be told. Allocates in __init__ only.
 
     def __init__(self):
         self.regions = array("H", bytes(12 * REGIONS_MAX))
@@ -41,6 +42,23 @@ class RegionGraph:
         self.region_count = 0
         self.node_count = 0
         self.edge_count = 0
+
+    def floor(self, r):
+        # dm2, below 2**24
+        return self.regions[6 * r + AREA] | self.regions[6 * r + LEARNED] << 16
+
+    def set_floor(self, r, area):
+        area = max(0, area)
+        self.regions[6 * r + AREA] = area & 0xFFFF
+        self.regions[6 * r + LEARNED] = area >> 16
+
+    def settle_floors(self, doubtful):
+        lost = 1 if doubtful else 0
+        for r in range(self.region_count):
+            if self.floor(r) > AREA_MAX:
+                self.set_floor(r, AREA_MAX)
+                lost += 1
+        self.lost = min(self.lost + lost, 65535)
 
     def at(self, i):
         # shared[i], a coordinate, with its sign.

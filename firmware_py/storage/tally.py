@@ -2,7 +2,7 @@
 
 
 class Tally:
-    # Two 16-bit halves; mix(value) folds in one int of any size below 2**30, step(core) what a step has left. Every product
+    # Two 16-bit halves; mix(value) folds in one int of any size below 2**30, step(core) what a step has left there. Every product
     # stays below 2**30. Never fed with link counters, memory or timing.
 
     def __init__(self):
@@ -33,3 +33,5 @@ class Tally:
             if v.used:
                 self.mix(v.xs[v.used - 1])
                 self.mix(v.ys[v.used - 1])
+        core.hash_lo = self.lo
+        core.hash_hi = self.hi

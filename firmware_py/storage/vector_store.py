@@ -1,6 +1,7 @@
 # The compact vector store: the map itself (Paper eq. 6), 6 bytes a vector.
 
 from array import array
+from ..fixed import int16
 from ..limits import VECTORS_MAX, CHAINS_MAX
 
 # flags
@@ -26,7 +27,7 @@ class VectorStore:
     # A chain of over 255 records goes on in the next one. Records are appended to the open
     # chain only. Full: the record is refused and counted in `lost`; what stands stays.
     # A vertex beyond int16 (163 m) is clamped there. Allocates in __init__ only. Written by WallMapper,
-    # Outline and Closure; `generation` changes with every write.
+    # Outline, Closure, Tidy and Partition (its gates stand behind `used`); `generation` changes with every write to the map.
 
     RECORD_BYTES = 6
     CAPACITY = VECTORS_MAX
@@ -67,7 +68,7 @@ class VectorStore:
         # x, y in map units. False when a store is full or no chain is open.
         c = self.chains - 1
         if c >= 0 and self.counts[c] == 255:
-            if not self.open_chain(self.kinds[c]):
+            if self.used == VECTORS_MAX or not self.open_chain(self.kinds[c]):
                 self.lost = (self.lost + 1) & 0xFFFF
                 return False
             c += 1
@@ -75,8 +76,8 @@ class VectorStore:
         if c < 0 or i == VECTORS_MAX:
             self.lost = (self.lost + 1) & 0xFFFF
             return False
-        self.xs[i] = -32768 if x < -32768 else 32767 if x > 32767 else x
-        self.ys[i] = -32768 if y < -32768 else 32767 if y > 32767 else y
+        self.xs[i] = int16(x)
+        self.ys[i] = int16(y)
         self.sigmas[i] = sigma_mm if sigma_mm < 255 else 255
         self.flags[i] = flags
         self.counts[c] += 1

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 
 from host_tools.core_process import packages_folder
-from host_tools.evaluation.run import Run
+from host_tools.evaluation.run import MAX_ROBOT_S, Run
 from host_tools.evaluation.section import Section, canvas, number, save, table
 from host_tools.processes import Children
 from sim_device.home import load_home
@@ -34,9 +34,7 @@ def homes(folder):
     os.makedirs(place, exist_ok=True)
     paths = []
     for floors in FLOORS:
-        columns, rows = map(int, floors.split("x"))
-        tiles = columns * rows
-        paths.append(os.path.join(place, "office_458%s.json" % ("_x%d" % tiles if tiles > 1 else "")))
+        paths.append(os.path.join(place, "office_458%s.json" % ("_x%d" % tiles(floors) if tiles(floors) > 1 else "")))
         if os.path.exists(paths[-1]):
             continue
         with Children() as children:
@@ -48,7 +46,13 @@ def homes(folder):
 
 
 def runs(plan):
-    return [Run(path, seed=plan.seeds[0], limits=LIMITS, peers=False) for path in homes(plan.folder)]
+    return [Run(path, seed=plan.seeds[0], limits=LIMITS, peers=False, max_robot_s=MAX_ROBOT_S * tiles(floors))
+            for floors, path in zip(FLOORS, homes(plan.folder))]
+
+
+def tiles(floors):
+    columns, rows = map(int, floors.split("x"))
+    return columns * rows
 
 
 def growth(plan, done, folder):

@@ -3,12 +3,15 @@
 import json
 import os
 
+from shapely.geometry import Polygon
+
 from host_tools.evaluation import published
 from host_tools.evaluation.section import Section, canvas, number, save, table
 from host_tools.picture import OUTLINE, PATH
 from sim_device.home import load_home
 
 SECTION_COLORS = ("#111827", "#c2410c", "#2563eb", "#15803d", "#a855f7", "#a16207", "#0891b2", "#be185d")
+ROOM_TEXT = "#6b7280"
 REGION_COLORS = ("#fde68a", "#bfdbfe", "#bbf7d0", "#fecaca", "#ddd6fe", "#fbcfe8", "#a5f3fc", "#e5e7eb")
 TOPOLOGY = {"vectors": "vectors", "regions": "regions", "true_rooms": "rooms of the home", "turning_nodes": "turning nodes",
             "edges": "edges"}
@@ -46,7 +49,7 @@ def fig8(plan, done, folder):
     for i, ring in enumerate(home.rings):
         axes.plot(*zip(*ring, ring[0]), color=TRUE_WALL, linewidth=3.5, label=None if i else "real")
     _vectors(axes, features(plan, run))
-    axes.legend(fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=3)
+    _legend(axes)
     save(figure, os.path.join(folder, section.picture))
     return section
 
@@ -63,13 +66,17 @@ def fig9(plan, done, folder):
     drawn = features(plan, run)
     regions = [each for each in drawn if each["geometry"]["type"] == "Polygon"]
     for i, each in enumerate(regions):
-        axes.fill(*zip(*each["geometry"]["coordinates"][0]), color=REGION_COLORS[i % len(REGION_COLORS)], alpha=0.7, zorder=1)
+        corners = each["geometry"]["coordinates"][0]
+        axes.fill(*zip(*corners), color=REGION_COLORS[i % len(REGION_COLORS)], alpha=0.7, zorder=1, label=None if i else "region")
+        axes.text(*_middle(corners), str(i + 1), fontsize=8, color=ROOM_TEXT, ha="center", va="center", zorder=2)
     _vectors(axes, drawn)
-    for each in drawn:
-        if each["properties"].get("kind") == "edge":
-            axes.plot(*zip(*each["geometry"]["coordinates"]), color=PATH, linewidth=1, zorder=5)
-        elif each["geometry"]["type"] == "Point":
-            axes.plot(*each["geometry"]["coordinates"][:2], "o", color=PATH, markeredgecolor="white", markersize=5, zorder=6)
+    edges = [each["geometry"]["coordinates"] for each in drawn if each["properties"].get("kind") == "edge"]
+    nodes = [each["geometry"]["coordinates"][:2] for each in drawn if each["geometry"]["type"] == "Point"]
+    for i, each in enumerate(edges):
+        axes.plot(*zip(*each), color=PATH, linewidth=0.8, zorder=5, label=None if i else "edge")
+    if nodes:
+        axes.plot(*zip(*nodes), "o", color=PATH, markeredgecolor="white", markersize=4.5, zorder=6, label="turning node")
+    _legend(axes)
     save(figure, os.path.join(folder, section.picture))
     return section
 
@@ -93,6 +100,16 @@ def _vectors(axes, drawn):
         if each["geometry"]["type"] == "LineString" and each["properties"].get("kind") != "edge":
             axes.plot(*zip(*each["geometry"]["coordinates"]), color=OUTLINE, linewidth=1.1, zorder=4, label=label)
             label = None
+
+
+def _legend(axes):
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
+
+
+def _middle(corners):
+    place = Polygon(corners).buffer(0).representative_point()
+    return place.x, place.y
 
 
 def _floor(home):

@@ -14,9 +14,11 @@ SCORING = ("mission.py", "mission_log.py", "result.py", "score.py", "lines.py", 
            "peers")
 PEER_LIBRARIES = ("filterpy", "gtsam")
 FIGURES = "figures.json"
+MAX_ROBOT_S = 14400  # as of a mission by hil
+HOUR_S = 3600        # of robot time, for who asks how far off it is, not for the whole map
 
 
-# `home` is a path. `settings`: flags, "name=on|off". `limits`: capacities of the core other than its own, (name, value) each.
+# `home` is a path. `settings`: flags, "name=on|off". `limits`: constants of the core other than its own, (name, value) each.
 @dataclass(frozen=True)
 class Run:
     home: str
@@ -27,6 +29,7 @@ class Run:
     settings: tuple = ()
     limits: tuple = ()
     peers: bool = True
+    max_robot_s: int = MAX_ROBOT_S
 
     @property
     def key(self):
@@ -39,11 +42,18 @@ class Run:
     @property
     def name(self):
         """For people: where it is, and what is not as by default."""
-        parts = [Path(self.home).stem, self.mode, self.uwb, self.odometry, *self.settings, "seed %d" % self.seed]
+        parts = [Path(self.home).stem, self.mode, self.uwb, self.odometry, *self.settings, *("%s=%d" % pair for pair in self.limits),
+                 "seed %d" % self.seed]
         return " ".join(parts)
 
     def asdict(self):
         return asdict(self)
+
+
+def ended_well(run, figures):
+    """Finished, or driven as long as it was to be."""
+    robot_s = figures["result"]["time"]["robot_s"] or 0
+    return figures["result"]["finished"] or run.max_robot_s == HOUR_S <= robot_s + 1
 
 
 def from_dict(told):

@@ -4,11 +4,11 @@ import os
 import warnings
 from dataclasses import dataclass, field
 
-from host_tools.evaluation.run import Run
+from host_tools.evaluation.run import HOUR_S, MAX_ROBOT_S, Run, ended_well
 
 # (uwb, odometry); the first is the paper's own premise.
 PRESETS = (("paper", "calibrated"), ("tof", "poor"), ("rssi_real", "poor"))
-BESIDE = 5     # one run of another mode or preset for so many main ones
+BESIDE = 10    # one run of another mode or preset for so many main ones
 NINE = 9       # runs of Fig. 6
 METHODS = {"estimate": "this core", "paper_rule": "paper's rule", "ekf": "EKF (filterpy)", "ukf": "UKF (filterpy)",
            "batch": "batch optimum (gtsam)", "uwb_only": "UWB alone", "dead_reckoning": "dead reckoning"}
@@ -22,13 +22,14 @@ class Plan:
     folder: str = ""
 
     def main(self):
-        """The main runs, by seed."""
-        return [Run(self.home, seed=seed, peers=i < NINE) for i, seed in enumerate(self.seeds)]
+        """The main runs, by seed: the first to its end, its repetitions for an hour."""
+        return [Run(self.home, seed=seed, peers=i < NINE, max_robot_s=HOUR_S if i else MAX_ROBOT_S) for i, seed in enumerate(self.seeds)]
 
     def beside(self, mode="improved", preset=PRESETS[0]):
-        """Runs of another mode or preset. Mode paper drives the same way: its peers would tell the same once more."""
-        few = max(1, len(self.seeds) // BESIDE)
-        return [Run(self.home, mode, *preset, seed=seed, peers=mode == "improved") for seed in self.seeds[:few]]
+        """Runs of another mode or preset. Mode paper drives the same way: its peers would tell the same once more, but its map is told."""
+        few, improved = max(1, len(self.seeds) // BESIDE), mode == "improved"
+        return [Run(self.home, mode, *preset, seed=seed, peers=improved, max_robot_s=HOUR_S if improved else MAX_ROBOT_S)
+                for seed in self.seeds[:few]]
 
     def groups(self):
         """{what a column is called: its runs}"""
@@ -51,8 +52,9 @@ class Section:
     notes: list = field(default_factory=list)
 
 
-def finished(figures):
-    return [each for each in figures if each["result"]["finished"]]
+def good(runs, done):
+    """The figures of those that ended well."""
+    return [done[run] for run in runs if ended_well(run, done[run])]
 
 
 def mean(values):

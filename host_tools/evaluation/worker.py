@@ -23,7 +23,6 @@ from host_tools.processes import signals_as_interrupt
 from host_tools.score import HomeTruth
 from sim_device.home import load_home
 
-MAX_ROBOT_S = "400000"
 TRACK_EACH = 5  # of the poses, one each 0.1 s
 
 
@@ -48,7 +47,7 @@ def measured(run, scratch, folder):
     parser = argparse.ArgumentParser()
     hil_options.add_arguments(parser)
     args = parser.parse_args([run.home, "--target", "cpython", "--link", "memory", "--mode", run.mode, "--uwb", run.uwb, "--odometry",
-                              run.odometry, "--seed", str(run.seed), "--max-robot-s", MAX_ROBOT_S]
+                              run.odometry, "--seed", str(run.seed), "--max-robot-s", str(run.max_robot_s)]
                              + [word for setting in run.settings for word in ("--set", setting)])
     hil_options.check(args)
     if run.limits:

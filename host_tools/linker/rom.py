@@ -15,6 +15,7 @@ from pathlib import Path
 from host_tools.linker.unit import LinkError
 
 MODULE = "tvslam"
+INT_LIMIT = 1 << 30  # the part's small ints
 HASH_BYTES = 2  # MICROPY_QSTR_BYTES_IN_HASH: rom.c asserts it
 # (package, name) that is imported: the VM's own object.
 OF_THE_VM = {(None, "gc"): "mp_module_gc", (None, "micropython"): "mp_module_micropython", (None, "sys"): "mp_module_sys",
@@ -97,9 +98,14 @@ class Rom:
             if method.name.startswith("__") and method.name != "__init__":
                 raise LinkError("class %s: in flash a class has no %s." % (node.name, method.name))
             names[method.name] = self.function(method, its_code, "%s_%s" % (node.name, method.name))
+        attributes = _attributes(methods)
+        hidden = sorted(attributes & set(names))
+        if hidden:
+            raise LinkError("class %s: in flash a class's own %s hides what an object gives that name: give one of them another." % (
+                node.name, hidden[0]))
         self.of_classes.update(names)
         self.table("rom_names_%s_%s" % (MODULE, node.name), names)
-        self.lines.append("ROM_CLASS(%s, %d)" % (node.name, len(_attributes(methods))))
+        self.lines.append("ROM_CLASS(%s, %d)" % (node.name, len(attributes)))
         return "MP_ROM_PTR(&rom_%s_%s)" % (MODULE, node.name)
 
     def function(self, node, code, name):
@@ -123,6 +129,8 @@ class Rom:
         if isinstance(value, bool):
             return "MP_ROM_%s" % str(value).upper()
         if isinstance(value, int):
+            if abs(value) >= INT_LIMIT:
+                raise LinkError("%d cannot stand in flash: there an int has 31 bits, and this one would wrap: stay below 2**30." % value)
             return "MP_ROM_INT(%d)" % value
         name = "rom_%s_%d" % (MODULE, len(self.lines))
         if isinstance(value, (bytes, str)):

@@ -72,7 +72,7 @@ def line(micropython, project):
     master, slave = pty.openpty()
     tty.setraw(slave)
     code = "from firmware_py.main_board import main\nmain(open(%r, 'r+b'))" % os.ttyname(slave)
-    core = subprocess.Popen([micropython, "-X", "heapsize=192k", "-c", code], cwd=project, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    core = subprocess.Popen([micropython, "-X", "heapsize=320k", "-c", code], cwd=project, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     yield master, core
     core.kill()
     core.communicate()

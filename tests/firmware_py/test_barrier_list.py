@@ -53,3 +53,15 @@ def test_who_was_tried_twice_is_not_tried_again():
     assert listed.nearest(0, 0) == 0
     listed.marks[0] += 1
     assert listed.nearest(0, 0) == -1
+
+
+def test_the_one_that_the_robot_goes_to_keeps_its_mark_while_others_make_room():
+    listed = barrier_list.BarrierList()
+    for k in range(limits.BARRIERS_MAX):
+        assert listed.add(100 * k, 0)
+    listed.marks[3] = listed.marks[20] = 2
+    listed.going = 20
+    assert listed.add(0, 5000), "the place of number 3"
+    assert listed.going == 19 and listed.xs[19] == 2000
+    listed.marks[19] = 2
+    assert not listed.add(0, 6000) and listed.lost == 1, "there is none but the one under way"

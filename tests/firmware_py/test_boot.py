@@ -52,10 +52,10 @@ def test_the_heap_that_the_sentence_asks_for_is_enough():
 def test_a_heap_too_small_says_how_much_is_needed(share, tmp_path):
     ended = run(micropython(UNIX_HEAP_BYTES // share, tmp_path / "nowhere"))
     assert ended.returncode == 4
-    assert ended.stdout.strip() == "tvslam: the heap is too small to boot: give at least 240 KiB, as in -X heapsize=256k"
+    assert ended.stdout.strip() == "tvslam: the heap is too small to boot: give at least 272 KiB, as in -X heapsize=288k"
 
 
-@pytest.mark.parametrize("command", [cpython, lambda path: micropython(256 * 1024, path)], ids=["cpython", "unix"])
+@pytest.mark.parametrize("command", [cpython, lambda path: micropython(288 * 1024, path)], ids=["cpython", "unix"])
 def test_a_path_that_is_no_terminal(command, tmp_path):
     file = tmp_path / "file"
     file.write_text("not a terminal")
@@ -64,7 +64,7 @@ def test_a_path_that_is_no_terminal(command, tmp_path):
     assert ended.stdout.strip() == f"tvslam: {file} is not a terminal: give a serial port or a pty"
 
 
-@pytest.mark.parametrize("command", [cpython, lambda path: micropython(256 * 1024, path)], ids=["cpython", "unix"])
+@pytest.mark.parametrize("command", [cpython, lambda path: micropython(288 * 1024, path)], ids=["cpython", "unix"])
 def test_a_host_that_goes_away_is_named(command):
     master, slave = pty.openpty()
     path = os.ttyname(slave)

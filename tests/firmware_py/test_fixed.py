@@ -1,6 +1,7 @@
 # Fixed-point geometry against the floats of the host, with every number watched.
 
 import math
+from array import array
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -23,6 +24,12 @@ def test_angles_repeat_after_a_turn(bam):
     assert fixed.sine(bam) == fixed.sine(bam & 0xFFFF)
     assert fixed.cosine(bam) == fixed.sine((bam + 16384) & 0xFFFF)
     assert -32768 <= fixed.wrap(bam) <= 32767 and (fixed.wrap(bam) - bam) % 65536 == 0
+
+
+@given(st.integers(-(2**30) + 1, 2**30 - 1) | st.integers(-32770, -32766) | st.integers(32765, 32769))
+def test_int16_is_the_nearest_that_an_array_holds(value):
+    held = array("h", [fixed.int16(value)])[0]
+    assert held == sorted((-32768, value, 32767))[1]
 
 
 @given(COORDINATES, COORDINATES)

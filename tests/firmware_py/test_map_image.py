@@ -1,5 +1,6 @@
 # map.bin: any map, coded by the core, read by the host, is the same map; coded again by the host, it is the same bytes.
 
+import random
 import struct
 import zlib
 
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host_tools.map_file import MapError, decode_records, encode_records
+from host_tools.map_file import MapError, Records, decode_map, decode_records, encode_records
 from protocol.map_code import ABOUT, EDGES, HEADER_BYTES, MAGIC
 from tests.firmware_py.floor_plans import Floor, crumbs_module, graph_module, image_module, image_of, rooms_in_a_row, storage, work_for
 from tests.firmware_py.test_partition import SHIPPED, plan
@@ -45,7 +46,8 @@ def graphs(draw, used):
     record = st.integers(0, used - 1)
     word = st.integers(0, 65535)
     for r in range(graph.region_count):
-        row = (draw(record), draw(record), draw(word), draw(word), draw(st.integers(0, 511)), draw(word))
+        row = (draw(record), draw(record), draw(word), draw(word),
+               draw(st.integers(0, graph.region_count - 1)) | draw(st.sampled_from((0, graph_module.GATE_FIRST))), draw(word))
         for k, value in enumerate(row):
             graph.regions[6 * r + k] = value
     graph.node_count = draw(st.integers(graph.region_count - 1, 64))
@@ -105,6 +107,70 @@ def test_a_map_that_is_cut_or_changed_is_refused_in_one_sentence(a_map, data):
         with pytest.raises(MapError) as refused:
             decode_records(damaged)
         assert len(str(refused.value)) < 160 and "\n" not in str(refused.value)
+
+
+def summed(body):
+    """As if the damage had been there when the checksum was made."""
+    return bytes(body) + struct.pack("<I", zlib.crc32(body))
+
+
+def test_damage_that_the_checksum_does_not_tell_is_refused_or_another_map():
+    floor = Floor(rooms_in_a_row([3, 4, 2], 0.8)[0], [[(1, 1), (2, 1), (2, 2)]]).build()
+    whole = image_of(floor.store, floor.graph)
+    luck = random.Random(1)
+    said = set()
+    for _ in range(600):
+        broken = bytearray(whole[:-4])
+        low = luck.choice((4, len(broken) * 3 // 4))  # the graph stands at the end
+        for _ in range(luck.choice((1, 2))):
+            broken[luck.randrange(low, len(broken))] ^= 1 << luck.randrange(8)
+        try:
+            the_map = decode_map(summed(broken))
+        except MapError as error:
+            assert len(str(error)) < 160 and "\n" not in str(error)
+            said.add(str(error).partition(":")[0])
+        else:
+            assert all(n < len(the_map.node_list) for edge in the_map.edge_list for n in edge.nodes)
+            said.add("a map")
+    assert said == {"the map's bytes do not agree with the counts in its header", "the map contradicts itself", "a map"}
+
+
+@pytest.mark.parametrize("part, place, value, flaw", [
+    ("shared", EDGES, 50, "contradicts itself: an edge leads from node 0 to node 50 of 2;"),
+    ("regions", graph_module.FIRST, 999, "contradicts itself: region 0 is 20 of 20 records from record 999 on"),
+    ("regions", graph_module.COUNT, 21, "contradicts itself: region 0 is 21 of 20 records from record"),
+    ("regions", 6 + graph_module.PARENT, 3, "contradicts itself: region 1 lies in region 3 of 3"),
+    ("header", 7, 0, "do not agree with the counts in its header"),
+    ("header", 8, 97, "do not agree with the counts in its header"),
+    ("header", 9, 0, "contradicts itself: node 0 has 1 edges from edge 0 of 0 on"),
+    ("header", 9, 200, "contradicts itself: its nodes have 1 of 200 edges"),
+])
+def test_a_map_that_contradicts_itself_is_refused(part, place, value, flaw):
+    floor = Floor(rooms_in_a_row([3, 4, 2], 0.8)[0]).build()
+    records = decode_records(image_of(floor.store, floor.graph))
+    assert (records.used, records.region_count, records.node_count, records.edge_count) == (20, 3, 2, 1)
+    if part != "header":
+        getattr(records, part)[place] = value
+    body = bytearray(encode_records(records)[:-4])
+    if part == "header":
+        body[place] = value
+    with pytest.raises(MapError, match=flaw):
+        decode_map(summed(body))
+
+
+@pytest.mark.parametrize("nodes, edges", [(5, 0), (0, 1)])
+def test_ways_without_regions_are_refused(nodes, edges):
+    body = bytearray(image_of(Floor([(0, 0), (4, 0), (4, 3)]).store, graph_module.RegionGraph())[:-4])
+    body[8:10] = nodes, edges
+    with pytest.raises(MapError, match="%d turning nodes and %d edges in no region" % (nodes, edges)):
+        decode_map(summed(body))
+
+
+def test_more_nodes_than_a_map_has_are_refused():
+    records = Records(1, 1, 1, 97, 0)
+    records.counts[0] = 1
+    with pytest.raises(MapError, match="97 turning nodes, and no map has more than 96"):
+        decode_map(encode_records(records))
 
 
 def test_it_begins_again_wherever_it_was_left():

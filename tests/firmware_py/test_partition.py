@@ -98,6 +98,32 @@ def test_more_rooms_than_regions_leaves_what_fits_and_counts():
     assert sum(floor.areas_m2()) == pytest.approx(Polygon(outline).area, abs=0.5)
 
 
+@pytest.mark.parametrize("height", [13.2, 26.4])
+def test_a_large_floor_is_cut_as_a_small_one(height):
+    # 14 rooms of 75 or of 150 m2. The doorway in the middle is the narrowest: first half of all is cut off, more than AREA_MAX.
+    door_m = 0.9
+    outline, centres = rooms_in_a_row([5.7] * 14, door_m, height=height)
+    middle = 7 * 5.8
+    low = (height - door_m) / 2
+    outline = [(x, y + 0.15) if abs(x - middle) < 0.3 and y == low else (x, y) for x, y in outline]
+    floor = Floor(outline).build()
+    expect_a_region_a_room(floor, centres)
+    assert floor.areas_m2() == pytest.approx([5.7 * height] * 14, abs=0.3) and floor.graph.lost == 0
+    assert set(floor.graph.regions[graph_module.LEARNED::6]) == {0}
+
+
+def test_an_area_that_cannot_be_told_is_told_as_the_largest_and_counted():
+    outline, centres = rooms_in_a_row([3, 30, 35], 0.9, height=25)
+    floor = Floor(outline).build()
+    expect_a_region_a_room(floor, centres)
+    assert sorted(floor.areas_m2()) == [pytest.approx(75, abs=0.3), 655.35, 655.35] and floor.graph.lost == 2
+
+
+def test_a_floor_that_is_too_wide_is_counted():
+    for widths, lost in ((75, 0), (84, 1)):
+        assert Floor([(0, 0), (widths, 0), (widths, 3), (0, 3)]).build().graph.lost == lost
+
+
 def test_a_full_store_leaves_one_region():
     outline, _ = rooms_in_a_row([3, 4], 0.8)
     floor = Floor(outline)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 
+from firmware_py.limits import NODES_MAX
 from host_tools.map_file import decode_map
 from tests.firmware_py.floor_plans import UNIT_M, Floor, graph_module, image_of, rooms_in_a_row, varied, way_module
 from tests.firmware_py.test_partition import SHIPPED, plan
@@ -165,15 +166,15 @@ def test_behind_a_wall_there_is_no_way():
     assert found(floor, (100, 100), (600, 400))[0] is None  # the goal lies within the barrier
 
 
-def test_too_many_corners_leave_what_fits_and_count():
-    # A comb: each bay is seen from itself alone.
-    outline = [(0, 0), (90, 0)]
-    for k in range(75):
-        x = 90 - 1.2 * k
-        outline += [(x, 4), (x - 0.8, 4), (x - 0.8, 1), (x - 0.4 - 0.8 + 0.01, 1)] if k % 2 == 0 else [(x, 1), (x - 0.01, 4)]
-    floor = Floor([*outline, (0, 4)]).build()
+@pytest.mark.parametrize("bays, full", [(20, False), (52, True)])
+def test_too_many_corners_leave_what_fits_and_count(bays, full):
+    # A corridor with bays on either side, each of which is seen from itself alone.
+    walls = [1.5 * k for k in range(bays)]
+    below = [(x + far, y) for x in walls for far, y in ((0, 0), (0, -3), (1.3, -3), (1.3, 0))]
+    floor = Floor([*below, (1.5 * bays, 0), *((x, 2 - y) for x, y in [(1.5 * bays, 0), *below[::-1]])]).build()
     g = floor.graph
-    assert g.node_count <= 64 and g.edge_count <= 128 and g.ready
+    assert g.ready and (g.node_count == NODES_MAX, g.lost > 0) == (full, full)
+    assert full or nx.is_connected(nx.Graph([edge[:2] for edge in floor.edges()]))
 
 
 def test_the_map_goes_out_with_its_regions_and_ways_once_they_are_ready():

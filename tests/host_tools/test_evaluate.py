@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from array import array
 
 import numpy as np
 import pytest
@@ -13,9 +14,11 @@ import pytest
 from host_tools import cli, evaluate
 from host_tools.evaluation import ablation, growth, localisation, pool, table2
 from host_tools.evaluation.larger_core import larger_core
-from host_tools.evaluation.run import FIGURES, Run, kept
+from host_tools.evaluation.run import FIGURES, MAX_ROBOT_S, Run, ended_well, kept
 from host_tools.evaluation.section import METHODS, Plan
+from host_tools.map_file import Records, encode_records
 from host_tools.result import empty_result
+from protocol.map_code import ABOUT, EDGES
 from protocol.parameters import FLAGS
 from sim_device.home import HOMES
 from tests.host_tools.test_hil_mission import SMALL, hil
@@ -31,15 +34,29 @@ def home(tmp_path):
     return str(path)
 
 
-def figures(run, error_cm=2.0, finished=True):
+def figures(run, error_cm=2.0, finished=True, robot_s=3000.0):
     result = empty_result("small", {"target": "cpython", "link": "memory"} | run.asdict())
     result |= {"finished": finished, "reason": "outline closed" if finished else "robot time limit"}
     result["map"] |= {"vectors": 400, "ram_bytes": 3000, "stored_bytes": 1200, "precision_5cm": 0.98, "recall_5cm": 0.97, "iou_free": 0.99}
-    result["time"]["robot_s"] = 3000.0
+    result["time"]["robot_s"] = robot_s
     result["localisation"]["estimate"] = {"mean_cm": error_cm, "p95_cm": 2 * error_cm, "max_cm": 3 * error_cm}
     error = {method: [error_cm * (1 + i)] * 20 for i, method in enumerate(METHODS)}
     return {"run": run.asdict(), "result": result, "stops": {"true_xy": PLACES, "error_cm": error}, "missing": {},
             "grid": {"bytes": 256000, "precision_5cm": 0.9, "recall_5cm": 0.9, "robot_s": 7000.0}}
+
+
+def a_map(topology):
+    """A triangle, and if asked for one region with two turning nodes and the edge between."""
+    records = Records(3, 1, *(1, 2, 1) if topology else ())
+    for i, (x, y) in enumerate([(0, 0), (200, 0), (0, 200)]):
+        records.xs[i], records.ys[i] = x, y
+    records.counts[0] = 3
+    if topology:
+        records.regions[:] = array("H", [0, 3, 50, 2 | 1 << 8, 0, 0])
+        records.shared[:4] = array("H", [20, 40, 60, 40])
+        records.shared[ABOUT:ABOUT + 2] = array("H", [1 << 8, 1])
+        records.shared[EDGES] = 1 | 4 << 8
+    return records
 
 
 def keep(folder, run, **changes):
@@ -90,6 +107,15 @@ def test_a_mission_that_did_not_finish_is_told_and_left_out_of_the_means(home, t
     assert "1 of " in said.err and "seed 2" in said.err
 
 
+def test_a_repetition_may_be_ended_after_an_hour_a_whole_mission_may_not(home):
+    plan = Plan(home, (1, 2))
+    whole, repeated = plan.main()
+    assert not ended_well(whole, figures(whole, finished=False, robot_s=3600.0)) and ended_well(whole, figures(whole))
+    assert ended_well(repeated, figures(repeated, finished=False, robot_s=3600.0))
+    assert not ended_well(repeated, figures(repeated, finished=False))
+    assert [run.max_robot_s for run in plan.beside("paper")] == [MAX_ROBOT_S]
+
+
 def test_what_is_not_installed_is_named_and_not_measured(home, tmp_path):
     pytest.importorskip("matplotlib")
     plan = kept_evaluation(home, tmp_path, [localisation.fig6], seeds=2)
@@ -100,19 +126,40 @@ def test_what_is_not_installed_is_named_and_not_measured(home, tmp_path):
         done[run]["missing"] = {"batch": "gtsam"}
     section = localisation.fig6(plan, done, str(tmp_path))
     assert "| batch optimum (gtsam) | - | - | - | - |" in section.lines
-    (note,) = section.notes
+    note = section.notes[-1]
     assert note.startswith("gtsam is not installed") and "tvslam[evaluate]" in note
 
 
-def test_a_vector_map_is_timed_by_the_core_without_topology_or_not_at_all(home, tmp_path, monkeypatch):
+def test_a_vector_map_is_timed_by_the_core_without_ways_which_may_fail(home, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "out"
+    plan = kept_evaluation(home, out, [table2.table2])
+    run = table2.without_ways(plan)
+    keep(plan.folder, run, finished=False, robot_s=3900.0)
+    assert cli.main(["evaluate", "--figures", "table2", "--out", str(out), "--home", home]) == 0
+    said = capsys.readouterr().out
+    assert "3503.4 | 3900.0 |" in said and "The mission without ways did not finish (robot time limit)" in said
+    folder = larger_core(dict(run.limits), str(tmp_path / "core"))
+    argv = [sys.executable, "-c", "from firmware_py.building import way; print(way._LONGEST)"]
+    assert subprocess.run(argv, cwd=folder, env=os.environ | {"PYTHONPATH": os.getcwd()}, capture_output=True, text=True,
+                          check=True).stdout.split() == ["0"]
+
+
+def test_the_topologys_share_of_the_bytes(home, tmp_path):
     plan = Plan(home, (1,), str(tmp_path))
-    monkeypatch.setattr(table2, "FLAGS", FLAGS[:1])
-    done = {run: figures(run) for run in evaluate.runs_for(plan, [table2.table2])}
-    section = table2.table2(plan, done, str(tmp_path))
-    assert any("vector map's time was not measured" in note for note in section.notes)
-    monkeypatch.setattr(table2, "FLAGS", (*FLAGS[:1], (table2.NO_TOPOLOGY, 1, "")))
-    done = {run: figures(run) for run in evaluate.runs_for(plan, [table2.table2])}
-    assert table2.table2(plan, done, str(tmp_path)).data["robot_s"]["vector"] == 3000.0
+    run = plan.main()[0]
+    result = figures(run)["result"]
+    assert table2.topology_bytes(result) is None and table2.stored_topology_bytes(plan, run) is None
+    result["map"]["regions"] = 2
+    result["memory"]["stores"] = {name: {"used": 2, "capacity": 4, "bytes": 40} for name in ("vectors", *table2.TOPOLOGY)}
+    assert table2.topology_bytes(result) == 60
+    keep(plan.folder, run)
+    for topology in (True, False):
+        data = encode_records(a_map(topology))
+        with open(os.path.join(plan.folder, run.key, "map.bin"), "wb") as file:
+            file.write(data)
+        share = table2.stored_topology_bytes(plan, run)
+        assert share is None if not topology else 0 < share == len(data) - len(encode_records(a_map(False)))
 
 
 def test_deviations_are_those_of_the_errors_about_their_mean():

@@ -123,11 +123,28 @@ def test_hashes_are_the_vms():
     (SOURCE + "from .limits import LIMIT\n", "can only import gc, micropython, sys, array"),
     (SOURCE.replace("class Ring:", "class Ring(Exception):"), "class Ring: in flash a class has no bases"),
     (SOURCE.replace("def put", "def __len__"), "class Ring: in flash a class has no __len__"),
+    (SOURCE + "WIDE = 1 << 30\n", "1073741824 cannot stand in flash"),
+    (SOURCE + "WIDE = (1, (-(1 << 30),))\n", "-1073741824 cannot stand in flash"),
+    (SOURCE.replace("first=7", "first=1 << 31"), "2147483648 cannot stand in flash"),
+    (SOURCE.replace("SIZE = 4", "at = 1 << 30"), "1073741824 cannot stand in flash"),
+    (SOURCE.replace("SIZE = 4", "at = 4"), "class Ring: in flash a class's own at hides"),
+    (SOURCE.replace("self.cells[self.at] = value", "self.put = value"), "class Ring: in flash a class's own put hides"),
     (SOURCE.replace("    return Ring", "    global LIMIT\n    return Ring"), "`global LIMIT`"),
 ])
 def test_what_flash_cannot_hold_is_named(source, said):
     with pytest.raises(LinkError, match=said):
         module(source)
+
+
+@given(st.integers(-(1 << 32), 1 << 32) | st.integers((1 << 30) - 2, (1 << 30) + 2))
+def test_an_int_is_what_the_part_makes_of_it_or_refused(number):
+    try:
+        said = rom.Rom(None).value(number)
+    except LinkError:
+        assert abs(number) >= 1 << 30
+        return
+    on_the_part = ((2 * number + 1) & 0xFFFFFFFF ^ 1 << 31) - (1 << 31) >> 1  # MP_ROM_INT in 32 bits, and back
+    assert said == "MP_ROM_INT(%d)" % number and on_the_part == number
 
 
 def test_a_build_that_froze_something_else_is_named():

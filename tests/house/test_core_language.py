@@ -55,6 +55,10 @@ def test_no_construct_that_allocates_unseen():
             return f"{node.name} assigns several values at once: in the linked module that makes a tuple"
         if isinstance(node, ast.Call) and any(isinstance(a, ast.Starred) for a in node.args):
             return "call with *args"
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "range" and len(node.args) == 3:
+            step = node.args[2].operand if isinstance(node.args[2], ast.UnaryOp) else node.args[2]
+            if not isinstance(step, ast.Constant):
+                return "range with a step that is no literal makes an object"
         if isinstance(node, ast.FunctionDef) and (node.args.vararg or node.args.kwarg):
             return f"{node.name} takes *args"
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in NO_NAMES:

@@ -72,7 +72,7 @@ def test_the_core_runs_by_its_own_clock_and_its_log_replays(story, tmp_path, tar
     if target == "cpython":
         cpython_core(story)
     else:
-        story._start([micropython, "-X", "heapsize=192k", "-m", "firmware_py", str(story.link)])
+        story._start([micropython, "-X", "heapsize=320k", "-m", "firmware_py", str(story.link)])
     end = free_run(story, tmp_path / "log")
     told = expect_equal_hashes(end, tmp_path / "log")
     figures, status = end["free_run"], end["status"]

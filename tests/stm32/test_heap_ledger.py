@@ -11,7 +11,9 @@ from tests.docs.pages import rows
 from tests.host_tools.test_hil_mission import SMALL, finish, hil
 from tests.stm32.test_mission import HEAP, MISSION
 
-SCRIPT_BYTES = 48       # the VM holds the script that runs, and the one that reads the bare VM is not the one that starts the core
+# The VM holds the script that runs, and the one that reads the bare VM is not the one that starts the core; and the collector takes
+# what a word of the stack happens to point at for alive.
+SCRIPT_BYTES = 320
 READINGS = """@ 1000 begin
 @ 1040 imported
 @ 2010 + Device

@@ -4,7 +4,7 @@ import hashlib
 import os
 import shutil
 
-from host_tools import stm32_build, stm32_core, stm32_image, stm32_source
+from host_tools import made_once, stm32_build, stm32_core, stm32_image, stm32_source
 from tests.house.tree import PROJECT
 
 KIB = 1024
@@ -25,7 +25,6 @@ def test_the_key_of_an_image_goes_by_what_links_it_too(monkeypatch, tmp_path):
 
 
 def test_the_images_that_were_asked_for_last_are_kept(monkeypatch, tmp_path):
-    monkeypatch.setattr(stm32_image, "IMAGES_KEPT", 2)
     monkeypatch.setattr(stm32_source, "find", lambda *_: tmp_path)
     monkeypatch.setattr(stm32_source, "tree_hash", lambda _: "tree")
     monkeypatch.setattr(stm32_build, "vm_key", lambda _: "vm")
@@ -38,7 +37,7 @@ def test_the_images_that_were_asked_for_last_are_kept(monkeypatch, tmp_path):
         elves[-1].with_name("image.json").write_text('{"sha256": "%s"}' % hashlib.sha256(b"elf").hexdigest())
         os.utime(elves[-1].parent, (heap, heap))
     assert stm32_image._image(tmp_path, 27 * KIB, None, lambda _: None, "") == elves[0]
-    stm32_image._prune(tmp_path)
+    made_once.prune(tmp_path, "image-*", 2)
     assert [elf.exists() for elf in elves] == [True, False, True]
 
 
