@@ -55,7 +55,7 @@ class Link:
     def __init__(self, boot_id):
         self._told = bytearray(WIRE_MAX)
         self.tx = self._told
-        self.kept = (bytearray(WIRE_MAX), bytearray(WIRE_MAX))
+        self.kept = [bytearray(WIRE_MAX), bytearray(WIRE_MAX)]
         self._kept_len = bytearray(_WINDOW_UP)
         self.tx_len = 0
         self.values = array("i", bytes(4 * VALUES_MAX))
