@@ -10,17 +10,15 @@ from protocol.tables import (
 )
 
 from .collection.states import BUILD
+from .identity import VERSION, identity_piece
 from .inventory import Inventory, STORES
 from .limits import HELLO_MS
 from .pipeline import Tvslam
 from .telemetry import Telemetry
 
-VERSION = b"tvslam 0.1.0"
-
 _PIECE = const(88)            # bytes of the map in a MAP_DATA
 _ALL = const(65535)           # pieces of the map
 _SECTION_HELLO = const(0)
-_SECTION_VERSION = const(1)
 _SECTION_STORES = const(2)
 _SECTION_LINK = const(3)
 
@@ -172,7 +170,6 @@ class Device:
 
     def _identify(self):
         values = self.link.values
-        out = self.link.out
         section = values[0]
         offset = values[1]
         if section == _SECTION_HELLO:
@@ -184,15 +181,7 @@ class Device:
         if section == _SECTION_LINK:
             self.telemetry.tell_link()
             return
-        size = len(VERSION) if section == _SECTION_VERSION else 0
-        n = size - offset if offset < size else 0
-        out[0] = section
-        out[1] = offset
-        out[2] = size
-        out[3] = n
-        for i in range(n):
-            out[4 + i] = VERSION[offset + i]
-        self.send(IDENTITY, n)
+        self.send(IDENTITY, identity_piece(section, offset, self.link.out))
 
     def _status(self):
         core = self.core

@@ -8,23 +8,24 @@ import sys
 from host_tools.hil_options import SLCAN
 
 
-# Contract: `core_link` and `robot_link` are the names that the two peers open, known before start(); end() ends the hub
+# Contract: `core_link` and `robot_link` are the names that the two peers open, known before start(), `core_path` the
+# pty of the core's adapter; end() ends the hub
 # when the robot has gone, figures() is what it counted. Over socketcan and udp the robot is on that bus by itself, and
 # the hub is the core's adapter there, as slcand is one for the kernel. With an `adapter` of metal, on whose bus the core
 # is already, there is no hub.
 class CanBus:
     def __init__(self, link, folder, candump, adapter=None):
         kind = link if link in SLCAN else "slcan"
-        self._core_end = os.path.join(folder, "core.can")
+        self.core_path = os.path.join(folder, "core.can")
         self._robot_end = os.path.join(folder, "robot.can")
-        self.core_link = "%s:%s" % (kind, self._core_end)
+        self.core_link = "%s:%s" % (kind, self.core_path)
         self.robot_link = "%s:%s" % (kind, self._robot_end) if link in SLCAN else link
         self._argv = [sys.executable, "-m", "sim_device.can_hub"]
         if link not in SLCAN:
             self._argv += ["--uplink", link]
         if candump:
             self._argv += ["--candump", os.path.abspath(candump)]
-        self._argv += [self._core_end, self._robot_end] if link in SLCAN else [self._core_end]
+        self._argv += [self.core_path, self._robot_end] if link in SLCAN else [self.core_path]
         self._hub = None
         self._figures = {}
         if adapter:
@@ -65,4 +66,4 @@ class CanBus:
 
     def named(self, sentence):
         """The names of our own folder tell a user nothing."""
-        return sentence.replace(self._robot_end, "the CAN adapter").replace(self._core_end, "the core's CAN adapter")
+        return sentence.replace(self._robot_end, "the CAN adapter").replace(self.core_path, "the core's CAN adapter")

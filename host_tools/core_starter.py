@@ -1,5 +1,6 @@
 """The core of a mission: started as its target wants it, and started anew when it is to be reset."""
 
+from host_tools.hil_options import SLCAN
 from host_tools.launch import core_command
 from host_tools.qemu import USART, Emulator
 
@@ -42,9 +43,14 @@ class CoreStarter:
             self.emulator.stop()
 
     def _emulated(self):
-        args, by_usart = self._args, self._args.link == "pty"
-        emulator = Emulator(self._children, self._image, args.realtime, self._link if by_usart else None)
+        args, link, usart = self._args, self._link, None
+        kind, adapter, port = link.partition(":")
+        if adapter and kind in SLCAN:
+            link, usart = kind, port
+        elif args.link == "pty":
+            link, usart = USART, link
+        emulator = Emulator(self._children, self._image, args.realtime, usart)
         emulator.boot()
-        emulator.start_core(USART if by_usart else self._link)
+        emulator.start_core(link)
         emulator.await_core()
         return emulator

@@ -1,6 +1,7 @@
 """The arguments of `hil`, and what is wrong with them in one sentence each, before anything starts."""
 
 import argparse
+import fcntl
 import os
 import re
 import stat
@@ -23,8 +24,8 @@ class UsageError(Exception):
 def add_arguments(parser):
     parser.add_argument("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
     parser.add_argument("--target", default="unix", help="where the core runs: unix (default), cpython, stm32 (emulated), port:DEV")
-    parser.add_argument("--link", default="pty", help="pty (default); on stm32 also semihost, on cpython also memory; on unix and "
-                        "cpython a CAN bus: slcan, slcan-fd, socketcan:NAME, udp")
+    parser.add_argument("--link", default="pty", help="pty (default); on stm32 also semihost, on cpython also memory; on each "
+                        "a CAN bus: slcan, slcan-fd, socketcan:NAME, udp")
     parser.add_argument("--mode", default="improved", help="improved (default) or paper: every improvement off")
     parser.add_argument("--uwb", default="paper", help="error of the UWB receiver: %s" % ", ".join(UWB))
     parser.add_argument("--odometry", default="calibrated", help="error of the wheels: %s" % ", ".join(ODOMETRY))
@@ -122,9 +123,9 @@ def _check_can(args):
         if args.candump:
             raise UsageError("--candump is for the bus of `hil` itself; on an adapter's bus use candump, or --log.")
         return
-    if args.target not in ("unix", "cpython"):
-        raise UsageError("--link %s goes with --target unix and cpython, slcan also with port:DEV, not with %s; use --link pty." % (
-            args.link, args.target))
+    if args.target.startswith("port:"):
+        raise UsageError("--link %s does not go with --target %s; use --link slcan where that is a CAN adapter, --link pty where it is "
+                         "the core's own port." % (args.link, args.target))
     network = args.link.removeprefix("socketcan:")
     if network != args.link and not os.path.isdir(os.path.join("/sys/class/net", network or "?")):
         raise UsageError("--link %s: this machine has no such network (`ip link` lists them); --link slcan needs none." % args.link)
@@ -190,6 +191,27 @@ def check_file(name, path):
             os.unlink(path)
     except OSError as error:
         raise UsageError("%s %s cannot be written (%s); give another place." % (name, path, _reason(error))) from None
+
+
+def begin_anew(log):
+    """An old log must not pass for this mission's; one that is being written is another mission's."""
+    try:
+        with open(log, "r+b") as file:
+            if _locked_elsewhere(file):
+                raise UsageError("--log %s is being written by another mission; give another name." % log)
+            file.truncate()
+    except FileNotFoundError:
+        pass
+
+
+def _locked_elsewhere(file):
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        pass  # a file system without locks
+    return False
 
 
 def _reason(error):

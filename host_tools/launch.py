@@ -30,11 +30,14 @@ def stm32_image(heap, say, mark=""):
 
 
 def robot_command(args, home_path, link, log, truth):
+    """(argv, folder to run in) of the virtual robot. A log whose disk is full goes on beside the truth, for the scores."""
     joined = ["--link", link]
     if args.link == "memory":
         joined = ["--core", CORE, "--core-folder", getattr(args, "core_folder", None) or packages_folder()]
     argv = [sys.executable, "-m", "sim_device", home_path, *joined, "--uwb", args.uwb, "--odometry", args.odometry,
             "--seed", str(args.seed), "--mode", args.mode, "--log", log, "--truth", truth, "--json-lines"]
+    if args.log:
+        argv += ["--log-rest", rest_of_log(truth)]
     if args.robot:
         argv += ["--robot", os.path.abspath(args.robot)]
     if args.realtime:
@@ -48,6 +51,10 @@ def robot_command(args, home_path, link, log, truth):
     for setting in args.set:
         argv += ["--set", setting]
     return argv, _robot_folder()
+
+
+def rest_of_log(truth):
+    return os.path.join(os.path.dirname(truth), "rest.log")
 
 
 def _robot_folder():

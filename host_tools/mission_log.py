@@ -1,5 +1,7 @@
 """A mission from its log of raw frames and the virtual robot's truth file."""
 
+import os
+
 import numpy as np
 
 from host_tools.mission import MissionBuilder
@@ -20,9 +22,10 @@ class LogError(Exception):
     """One sentence: there is no mission to read."""
 
 
-def read_mission(log_path, truth_path):
+def read_mission(log_path, truth_path, *rest):
+    """`rest`: files in which the log goes on, where they exist."""
     builder = MissionBuilder()
-    for record in _records(log_path, builder):
+    for record in _records([log_path, *filter(os.path.exists, rest)], builder):
         _take(builder, record.t_us, record.frame)
     return builder.build(read_truth(truth_path))
 
@@ -38,12 +41,13 @@ def read_truth(path):
     return np.column_stack([rows[name].astype(float) for name in TRUTH.names])
 
 
-def _records(path, builder):
-    reader = LogReader()
+def _records(paths, builder):
+    reader, path = LogReader(), paths[0]
     try:
-        with open(path, "rb") as file:
-            while chunk := file.read(CHUNK_BYTES):
-                yield from reader.feed(chunk)
+        for path in paths:
+            with open(path, "rb") as file:
+                while chunk := file.read(CHUNK_BYTES):
+                    yield from reader.feed(chunk)
     except FileNotFoundError:
         raise LogError("There is no log of a mission to score: it ended before its first frame.") from None
     except OSError as error:
@@ -52,8 +56,7 @@ def _records(path, builder):
         raise LogError("The log %s cannot be read: %s." % (path, error)) from None
     if reader.told is None:
         raise LogError("There is no log of a mission to score: it ended before its first frame.")
-    if reader.damaged:
-        builder.damaged = "%d damaged places, %d records lost" % (reader.damaged, reader.lost)
+    builder.damaged = reader.damage
 
 
 def _take(builder, t_us, frame):

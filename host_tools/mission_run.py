@@ -31,6 +31,11 @@ class Outcome:
     memory: dict = field(default_factory=dict)  # flash and RAM, where the target tells them
     can: dict = field(default_factory=dict)  # what the CAN bus counted, where there is one
 
+    @property
+    def incomplete(self):
+        """A sentence where the disk did not take the whole log."""
+        return self.end.get("incomplete", "")
+
 
 def run_mission(args, home_path, folder, log, truth, progress):
     """Run it to its end; Ctrl-C ends it early with what there is."""
@@ -50,7 +55,7 @@ def run_mission(args, home_path, folder, log, truth, progress):
                 bus.start(children)
             watch.robot = children.start("the virtual robot", argv, on_line=watch.take, cwd=root)
             starter = CoreStarter(args, children, bus.core_link if bus else link, image, relay, progress.note)
-            if image is None or _link_there(link, watch.robot):
+            if image is None or _link_there(bus.core_path if bus else link, watch.robot):
                 watch.relay, watch.reset = relay, starter.reset
                 watch.core = starter.start()
             outcome = watch.outcome()
@@ -152,6 +157,8 @@ class _Watch:
         if self.bus is not None:
             self.bus.end()
         code = self.robot.popen.returncode
+        if code == 3 and self.end.get("event") == "end":    # its mission came to its end, not so its log
+            code = 0 if self.end["finished"] else 1
         # Without a mission there was nothing that the core could have seen the end of.
         emulated = isinstance(self.core, Emulator)
         grace_s = 0 if code == 2 else SILENT_GRACE_S if emulated and code == 3 else CORE_GRACE_S

@@ -103,7 +103,7 @@ class Emulator:
         return self._printed()
 
     def start_core(self, link, script=SCRIPT):
-        """Serve the host's path `link` by semihosting, or USART2."""
+        """Serve the host's path `link` by semihosting; or USART2, as itself or as a CAN adapter."""
         self._link = link
         self._send_script((script % link).replace(BOOT, str(random.getrandbits(16))))
 
@@ -138,7 +138,7 @@ class Emulator:
 
     def wait(self, timeout_s):
         """The mission is over: let the core tell its costs. Over semihosting it sees the link close; over USART2 it is told."""
-        if self.poll() is None and self._link == USART:
+        if self.poll() is None and self.usart:
             self._send(CTRL_C)
         limit = time.monotonic() + timeout_s
         while self.poll() is None and time.monotonic() < limit:

@@ -2,6 +2,7 @@
 
     recording = Recording(path)             LogUnusable: a sentence
     recording.parameters                    [(number, index, value)] in the order of the log, by today's numbers
+    recording.before                        what else was asked before the first step, as Ticks
     for tick in recording.ticks(): ...      up to the end or the first damage
     recording.damage, .status, .map_bytes   known after that
 """
@@ -21,6 +22,9 @@ HEADER_BYTES = 5  # CTL SEQ ACK ID LEN
 CRC_BYTES = 4
 TELEMETRY = ("POSE", "STORE", "VECTOR", "POINT")    # what does not depend on the machine
 NEEDED = ("STEP", "STEP_RSP", "PARAM_SET")
+# Reliable questions that change nothing in the core, and the parameters, which are told in a list of their own before
+# the first step; every other one is part of the mission, is asked again in its turn, and its answer compared.
+NO_PART = ("STATUS", "MAP_INFO", "MAP_READ", "PARAM_GET", "PARAM_LIST")
 AT_THE_END = ("STATUS_RSP", "MAP_INFO_RSP", "MAP_DATA")
 OF_THE_CLOCK = ("tick_ms",)      # a free run's pace: a replay does not wait for it
 STEP_MASK = (1 << 30) - 1
@@ -32,7 +36,7 @@ class LogUnusable(Exception):
     """One sentence: this file cannot be replayed."""
 
 
-# One step as it was: the STEP, its STEP_RSP (None where the log ends before it), the telemetry that followed the answer.
+# One question as it was: mostly a STEP, its answer (None where the log ends before it), the telemetry that followed it.
 class Tick(NamedTuple):
     question: object
     answer: object

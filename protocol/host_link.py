@@ -11,18 +11,20 @@
 import zlib
 from array import array
 
-from protocol import schema, schema_hash
+from protocol import schema
+from protocol.dialect import HANDSHAKE_MAX, OURS
 from protocol.frame_reader import (
     BAD_ID, BAD_VALUE, COUNTERS, STALE, UP, FrameReader,
 )
 from protocol.messages import BY_ID, BY_NAME, MessageError, pack_p10
+from protocol.schema_pull import known
+from protocol.translation import Translation
 
 COUNTER_NAMES = tuple(field[0] for field in BY_NAME["LINK"].FIELDS) + ("stale",)
 RELIABLE = 8            # in CTL
-HANDSHAKE_MAX = 0x04  # HELLO, WELCOME, IDENTIFY, IDENTITY: always in epoch 0
 
 _BYTES = tuple(bytes((n,)) for n in range(256))
-_HASH_LO, _HASH_HI = schema_hash.halves()
+_HANDSHAKE = {number: kind for number, kind in BY_ID.items() if number <= HANDSHAKE_MAX}
 _STEP = BY_NAME["STEP"]
 _STEP_HEAD = _STEP._HEAD.pack
 _STEP_ITEM = _STEP._ITEM.pack
@@ -44,6 +46,10 @@ class HostLink:
     #
     # A tap listens: HostLink(listen=BOTH, any_epoch=True). `sink(direction, raw)`, if given, sees every
     # sound frame of both directions as decoded bytes, headers and CRC included: what a log keeps.
+    #
+    # meet(hello) looks at the schema that this core speaks. One that is not known is to be pulled (schema_pull.py) and adopted; until
+    # then nothing but the handshake is taken. Where it is not ours, `translation` stands between the two, and all messages are ours
+    # all the same; what it brings that ours has no place for is in `foreign`, the newest of each name, and how often in `foreign_counts`.
 
     def __init__(self, listen=UP, any_epoch=False, sink=None):
         self.counters = array("i", bytes(4 * COUNTERS))
@@ -52,8 +58,44 @@ class HostLink:
         self.boot_id = None
         self.ack = 0
         self._seq = 0           # of what is not repeated
+        self.dialect = OURS
+        self.translation = None
+        self.foreign = {}
+        self.foreign_counts = {}
+        self._kinds = BY_ID
         self._any_epoch = any_epoch
         self._sink = sink
+
+    def meet(self, hello):
+        # -> whether its schema is known
+        dialect = known(hello)
+        if dialect is None:
+            self._kinds = _HANDSHAKE
+        elif dialect is not self.dialect or self._kinds is _HANDSHAKE:
+            self.adopt(dialect)
+        return dialect is not None
+
+    def adopt(self, dialect):
+        self.dialect = dialect
+        self.foreign, self.foreign_counts = {}, {}
+        self.translation = None if dialect is OURS else Translation(dialect, heard=self._heard)
+        self._kinds = BY_ID if dialect is OURS else self.translation.reads
+
+    def flaw(self, names):
+        # -> why these messages cannot pass between this core and us, "" if they can
+        return self.translation.flaw(names) if self.translation is not None else ""
+
+    def parameter(self, name, index, value):
+        # -> the core's number of what is to be told; None if it need not be told: Translation.parameter
+        return OURS.numbers[name] if self.translation is None else self.translation.parameter(name, index, value)
+
+    @property
+    def state_names(self):
+        return OURS.codes["states"] if self.translation is None else self.translation.state_names
+
+    def _heard(self, message):
+        self.foreign[message.NAME] = message
+        self.foreign_counts[message.NAME] = self.foreign_counts.get(message.NAME, 0) + 1
 
     def feed(self, data):
         # -> the list of messages that these bytes complete
@@ -73,10 +115,15 @@ class HostLink:
         return messages
 
     def encode(self, message, seq=None):
-        return self._frame(message.ID, message.pack(), seq)
+        if self.translation is not None and message.ID > HANDSHAKE_MAX:
+            message_id, body = self.translation.write(message)
+            return self._frame(message_id, body, seq, message.DIRECTION)
+        return self._frame(message.ID, message.pack(), seq, message.DIRECTION)
 
     def encode_step(self, values, seq=None):
         # STEP from the flat layout (array or list), the hot path of the virtual robot: see codec.py.
+        if self.translation is not None:
+            return self.encode(_STEP.from_values(values), seq)
         body = _STEP_HEAD(values[0], values[1], values[2], pack_p10(values[3:11]), values[11], values[12])
         items = values[13]
         if items:
@@ -102,23 +149,20 @@ class HostLink:
 
     def invitation(self):
         # WELCOME once more
-        return self.encode(BY_NAME["WELCOME"](self.epoch, self.boot_id, _HASH_LO, _HASH_HI))
+        return self.encode(BY_NAME["WELCOME"](self.epoch, self.boot_id, OURS.hash & 0xFFFF, OURS.hash >> 16))
 
     def refusal(self, hello):
         # -> None, or the sentence that says why this core cannot be worked with
         if not hello.protocol_min <= schema.VERSION <= hello.protocol_max:
             return "the core speaks link versions %d to %d, this host speaks %d: update the older of the two" % (
                 hello.protocol_min, hello.protocol_max, schema.VERSION)
-        if (hello.schema_lo, hello.schema_hi) != (_HASH_LO, _HASH_HI):
-            return "the core's message schema is %04x%04x, this host's is %04x%04x: update the older of the two" % (
-                hello.schema_hi, hello.schema_lo, _HASH_HI, _HASH_LO)
         return None
 
     def counts(self):
         return dict(zip(COUNTER_NAMES, self.counters, strict=True))
 
-    def _frame(self, message_id, body, seq):
-        ctl = schema.VERSION | BY_ID[message_id].DIRECTION << 2 | (self.epoch << 5 if message_id > HANDSHAKE_MAX else 0)
+    def _frame(self, message_id, body, seq, direction=schema.DOWN):
+        ctl = schema.VERSION | direction << 2 | (self.epoch << 5 if message_id > HANDSHAKE_MAX else 0)
         if seq is None:
             if message_id > HANDSHAKE_MAX:
                 self._seq = self._seq + 1 & 255
@@ -142,9 +186,9 @@ class HostLink:
         if not self._any_epoch and reader.ctl >> 5 & 3 != (
                 self.epoch if message_id > HANDSHAKE_MAX or message_id == 0 else 0):
             return reader.count(STALE)
-        kind = BY_ID.get(message_id)
+        kind = self._kinds.get(message_id)
         if kind is None or kind.DIRECTION != reader.ctl >> 2 & 1:
-            return reader.count(BAD_ID)
+            return reader.count(BAD_ID) if self._kinds is not _HANDSHAKE else None
         try:
             return kind.unpack(bytes(reader.body[body_start:body_end]))
         except MessageError:

@@ -97,6 +97,18 @@ MESSAGES = (
         ("default", "i32", ""), ("unit", "c8", ""), ("name", "c24", ""))),
 )
 
+# Fields of which 0, an empty text or no item says as good as nothing. Where one of them is not known at the other end, it is read as
+# that, and whoever does not know it sends that: so they may come and go without an update of both ends (translation.py).
+OPTIONAL = (
+    "STEP.ultrasonic_mm", "STEP.bump", "STEP.uwb", "STEP_RSP.ir_state", "STATUS.flags", "MAP_INFO.flags",
+    "STATUS_RSP.degraded", "STATUS_RSP.closure_before_mm", "STATUS_RSP.closure_after_mm", "STATUS_RSP.bumps", "STATUS_RSP.path_mm",
+    "STATUS_RSP.heap_bytes", "STATUS_RSP.heap_used_bytes", "STATUS_RSP.heap_locked", "STATUS_RSP.allocated_after_boot_bytes",
+    "STATUS_RSP.late_ticks", "STATUS_RSP.late_ms",
+    "POSE.odometry_x_um", "POSE.odometry_y_um", "POSE.odometry_heading_bam", "POSE.ir_state", "POSE.path_mm",
+    "POSE.points", "POSE.vectors", "POSE.fixes", "POSE.bumps",
+    "STORE.record_bytes", "STORE.lost", "VECTOR.chain", "VECTOR.kind", "VECTOR.sigma_mm", "POINT.kind", "POINT.heading_bam",
+) + tuple("LINK." + field[0] for row in MESSAGES if row[1] == "LINK" for field in row[4])
+
 # ERROR.code
 ERROR_UNKNOWN_ID = 1
 ERROR_STEP_ORDER = 2    # detail: the step number expected next

@@ -33,8 +33,8 @@ PARAM_INFO = 0x54
 VERSION = 1
 BODY_MAX = 96
 VALUES_MAX = 96
-SCHEMA_LO = 0xa76b
-SCHEMA_HI = 0x20b3
+SCHEMA_LO = 0xfd5c
+SCHEMA_HI = 0x1154
 
 # id -> row; 255: no such message
 PLACE = (

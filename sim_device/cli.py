@@ -48,6 +48,7 @@ def arguments():
     add("--mode", default="improved", choices=("improved", "paper"), help="the core's method")
     add("--set", action="append", default=[], metavar="FLAG=on|off", help="switch an improvement: " + (", ".join(FLAG_NAMES) or "none yet"))
     add("--log", metavar="FILE", help="keep every frame")
+    add("--log-rest", metavar="FILE", help="where the log goes on if its disk is full")
     add("--truth", metavar="FILE", help="keep the true path: <I3d> step, x, y, theta")
     add("--map", metavar="FILE", help="keep the map that the core sends at the end")
     add("--faults", metavar="SPEC", help="what shall go wrong on the link and with the sensors, like drop=0.1,delay=20ms,"
@@ -106,7 +107,7 @@ def check_names(options):
     if options.core and options.realtime:
         raise InputError("--realtime does not go with --core, which has no clock of its own: give --link and start the core on it")
     taken = {_place(path): what for what, path in (("the home", options.home), ("--robot", options.robot)) if path and os.path.isfile(path)}
-    named = [("--" + what, getattr(options, what)) for what in ("link", "log", "truth", "map")]
+    named = [("--" + what.replace("_", "-"), getattr(options, what)) for what in ("link", "log", "log_rest", "truth", "map")]
     named.append(("--keep-faults", options.keep_faults))
     for what, path in named + [("--tap", path) for path in options.tap]:
         if path and (other := taken.setdefault(_place(path), what)) is not what:
@@ -166,12 +167,18 @@ def open_link(options):
     return Pty(options.link)
 
 
+def incomplete(files):
+    """Which of the closed files a full disk cut short, and where."""
+    return "; ".join(file.failure for file in files if file.failure)
+
+
 def mission(options, report, signals):
     # Imported here: --version and a wrong argument need none of it.
     from sim_device.config import RobotError, load_robot
     from sim_device.faults import FaultError, parse
     from sim_device.home import HomeError, load_home
     from sim_device.links.faulty import FaultyLink
+    from protocol.dialect import SchemaError
     from sim_device.links.peer_errors import PeerError
     from sim_device.links.pty import LinkError
     from sim_device.links.tap import Taps
@@ -180,7 +187,7 @@ def mission(options, report, signals):
     from sim_device.session import Session
     from sim_device.virtual_robot import VirtualRobot
 
-    session, blames = None, "input"
+    session, blames, files = None, "input", []
     try:
         check_names(options)
         with contextlib.ExitStack() as stack:
@@ -191,13 +198,18 @@ def mission(options, report, signals):
                 robot = FaultySensors(robot, plan.sensors, options.seed)
             told = settings(options, robot.parameters())
             notes = {key: getattr(options, key) for key in ("seed", "uwb", "odometry", "mode")}
-            log = options.log and stack.enter_context(contextlib.closing(FrameLog(options.log, home=home.name, **notes)))
-            truth = options.truth and stack.enter_context(contextlib.closing(TruthFile(options.truth)))
-            keep = options.map and stack.enter_context(contextlib.closing(GrowingFile(options.map)))
+
+            def grows(kind, path, **more):
+                files.append(stack.enter_context(contextlib.closing(kind(path, **more))))
+                return files[-1]
+
+            log = options.log and grows(FrameLog, options.log, rest=options.log_rest, home=home.name, **notes)
+            truth = options.truth and grows(TruthFile, options.truth)
+            keep = options.map and grows(GrowingFile, options.map)
             link = open_link(options)
             stack.enter_context(contextlib.closing(link))
             if plan.of_the_link:
-                kept = options.keep_faults and stack.enter_context(contextlib.closing(GrowingFile(options.keep_faults)))
+                kept = options.keep_faults and grows(GrowingFile, options.keep_faults)
                 link = FaultyLink(link, plan, options.seed, getattr(link, "restart", lambda: report.event("reset", step=session.now)),
                                   lambda item: kept and kept.add((item + "\n").encode()))
             taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
@@ -206,16 +218,15 @@ def mission(options, report, signals):
             end = session.run(options.wait)
             if keep and session.map_bytes is not None:
                 keep.add(session.map_bytes)
-    except (HomeError, RobotError, LinkError, FaultError, InputError) as error:
+    except (HomeError, RobotError, LinkError, FaultError, InputError, TraceError) as error:
         code, sentence = EXIT_BAD_INPUT, str(error)
-    except TraceError as error:
-        code, sentence, blames = EXIT_PEER if session else EXIT_BAD_INPUT, str(error), "file"
-    except PeerError as error:
+    except (PeerError, SchemaError) as error:
         code, sentence, blames = EXIT_PEER, str(error), "core"
     else:
         code = EXIT_INTERRUPTED if end["reason"] == "interrupted" else EXIT_FINISHED if end["finished"] else EXIT_NOT_FINISHED
-        report.event("end", exit=code, **end)
+        code = EXIT_PEER if incomplete(files) else code
+        report.event("end", exit=code, incomplete=incomplete(files), **end)
         return code
     # A mission that broke off still tells how far it came.
-    report.error(sentence, code, blames=blames, **(session.summary(sentence) if session else {}))
+    report.error(sentence, code, blames=blames, incomplete=incomplete(files), **(session.summary(sentence) if session else {}))
     return code

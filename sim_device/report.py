@@ -47,6 +47,8 @@ class PlainReport:
         elif name == "start":
             self._say("the core has %d bytes of heap, %d used; the mission starts" % (
                 fields["hello"]["heap_bytes"], fields["hello"]["heap_used_bytes"]))
+        elif name == "schema":
+            self._say(fields["text"])
         elif name == "reset":
             self._say("the core is to be reset at step %d: start it anew" % fields["step"])
         elif name == "restart":
@@ -54,6 +56,8 @@ class PlainReport:
         elif name == "end":
             said = {**fields, "verdict": "finished" if fields["finished"] else "not finished"}
             self._say(_END % said)
+            if fields["incomplete"]:
+                self._say("sim_device: " + fields["incomplete"])
 
     def error(self, sentence, code, **known):
         self._say("sim_device: " + sentence)
@@ -64,7 +68,7 @@ class PlainReport:
             return
         self._next_s = now_s + PLAIN_EVERY_S
         counted = "  ".join("%s %d" % (key, fields[key]) for key in ("points", "vectors") if fields[key] is not None)
-        line = "robot %7.1f s  path %6.1f m  %-13s %s" % (fields["robot_s"], fields["path_m"], states.NAMES[fields["state"]], counted)
+        line = "robot %7.1f s  path %6.1f m  %-13s %s" % (fields["robot_s"], fields["path_m"], states.name_of(fields["state"]), counted)
         if self._live:
             self._stream.write("\r\x1b[K" + line)
             self._stream.flush()

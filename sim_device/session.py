@@ -21,7 +21,7 @@ _IDENTIFY, _LINK_SECTION = BY_NAME["IDENTIFY"], 3
 _PARAM_SET, _PARAM_VALUE = BY_NAME["PARAM_SET"], BY_NAME["PARAM_VALUE"]
 _STATUS, _STATUS_RSP = BY_NAME["STATUS"], BY_NAME["STATUS_RSP"]
 _MAP_INFO, _MAP_INFO_RSP, _MAP_READ, _MAP_DATA = (BY_NAME[name] for name in ("MAP_INFO", "MAP_INFO_RSP", "MAP_READ", "MAP_DATA"))
-_PLACES = {row[0]: i for i, row in enumerate(parameters.PARAMETERS)}
+_PLACES = {row[0]: i for i, row in enumerate(parameters.PARAMETERS)}  # in the order of this table they are told
 _PARAM_STATUS = {
     schema.PARAM_UNKNOWN: "it does not know it", schema.PARAM_OUT_OF_RANGE: "the value is out of range",
     schema.PARAM_LOCKED: "its mission has begun already, start the core anew",
@@ -83,6 +83,8 @@ class Session:
                 break
             except Restarted as again:
                 hello = self.peer.begin(again.hello)
+        if self.peer.link.translation is not None:
+            self._report.event("schema", text=self.peer.link.translation.summary())
         self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()))
         if self._realtime:
             self._free = FreeRun(self.peer, self.robot)
@@ -107,7 +109,7 @@ class Session:
             reason = states.REASONS[code] if code < len(states.REASONS) else "reason %d" % code
         robot_s = self.step * STEP_S
         return {
-            "finished": bool(status is not None and status.finished), "reason": reason, "state": states.NAMES[self.state],
+            "finished": bool(status is not None and status.finished), "reason": reason, "state": peer.link.state_names[self.state],
             "steps": self.step, "robot_s": round(robot_s, 2), "wall_s": round(self.wall_s, 3),
             "real_time_factor": round(robot_s / self.wall_s, 1) if self.wall_s else None,
             "path_m": round(robot.path_m, 3), "contacts": robot.contacts,
@@ -121,12 +123,13 @@ class Session:
 
     def _set_parameters(self, dock):
         told = {**self.robot.parameters(), **self._settings, **dock}
-        rows = [(name, index, value) for name, values in sorted(told.items(), key=lambda item: _PLACES[item[0]])
-                for index, value in enumerate(values)]
+        number_of = self.peer.link.parameter
+        rows = [(number, name, index, value) for name, values in sorted(told.items(), key=lambda item: _PLACES[item[0]])
+                for index, value in enumerate(values) if (number := number_of(name, index, value)) is not None]
         answers = self.peer.ask_all([
-            (_PARAM_SET(_PLACES[name], index, value), _PARAM_VALUE, lambda m, place=(_PLACES[name], index): (m.parameter, m.index) == place)
-            for name, index, value in rows])
-        for (name, index, value), answer in zip(rows, answers, strict=True):
+            (_PARAM_SET(number, index, value), _PARAM_VALUE, lambda m, place=(number, index): (m.parameter, m.index) == place)
+            for number, _, index, value in rows])
+        for (_, name, index, value), answer in zip(rows, answers, strict=True):
             if answer.status != schema.PARAM_OK or answer.value != value:
                 why = _PARAM_STATUS.get(answer.status, "it keeps %d" % answer.value)
                 raise PeerError("the core refused parameter %s[%d] = %d: %s" % (name, index, value, why))
@@ -190,7 +193,8 @@ class Session:
         """What the core says at the end, and its map, if it has one."""
         try:
             self.status = self.peer.ask(_STATUS(0), _STATUS_RSP, dead_s=dead_s)
-            self.peer.ask(_IDENTIFY(_LINK_SECTION, 0), _LINK, dead_s=dead_s)
+            if not self.peer.link.flaw(("LINK",)):
+                self.peer.ask(_IDENTIFY(_LINK_SECTION, 0), _LINK, dead_s=dead_s)
             try:
                 info = self.peer.ask(_MAP_INFO(0), _MAP_INFO_RSP, dead_s=dead_s)
             except Refused:

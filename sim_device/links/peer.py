@@ -6,6 +6,7 @@ from protocol.frame_reader import BYTES_IN, BYTES_OUT, FRAMES_IN, FRAMES_OUT
 from protocol.host_link import HANDSHAKE_MAX, RELIABLE, HostLink
 from protocol.host_window import Window
 from protocol.messages import BY_NAME
+from sim_device.links.acquaintance import acquaint
 from sim_device.links.asked import Asked
 from sim_device.links.peer_errors import Interrupted, PeerError, Restarted, is_garbage, nobody, refused, silent
 
@@ -29,6 +30,7 @@ class Peer:
         self.newest = {}
         self.stores = {}
         self.hello = None
+        self.dialect = None         # of the core, once it is known
         self.resent = 0             # of what is not the window's
         self.reopened = 0           # epochs that a stray frame cost
         self.link = HostLink(sink=self._passes)
@@ -84,16 +86,31 @@ class Peer:
         return self.begin(self.newest[_HELLO])
 
     def begin(self, hello):
-        """Joins the core that said this."""
-        refusal = self.link.refusal(hello)
-        if refusal is not None:
-            raise PeerError("%s: %s" % (self._pty.path, refusal))
-        if self.hello is not None and hello.boot_id != self.hello.boot_id:
-            self._boots.add(self.hello.boot_id)
-        self.hello = hello
-        self._pty.resetting = False
-        self._open(self.link.welcome(hello))
-        return hello
+        """Joins the core that said this, or the one that has taken its place by then; its HELLO."""
+        while True:
+            refusal = self.link.refusal(hello)
+            if refusal is not None:
+                raise PeerError("%s: %s" % (self._pty.path, refusal))
+            if self.hello is not None and hello.boot_id != self.hello.boot_id:
+                self._boots.add(self.hello.boot_id)
+            self.hello = hello
+            self._pty.resetting = False
+            self._open(self.link.welcome(hello))
+            try:
+                self._speaks(acquaint(self, hello))
+                return hello
+            except Restarted as again:
+                hello = again.hello
+
+    def _speaks(self, dialect):
+        """Tap and log hold what passes by the schema of the core that says it."""
+        if self.dialect not in (None, dialect):
+            raise PeerError("the core on %s has come back with another schema: start the mission again" % self._pty.path)
+        self.keep()
+        self._taps.speaks(dialect)
+        if self._log is not None and self.dialect is None and self.link.translation is not None:
+            self._log.speaks(dialect)
+        self.dialect = dialect
 
     def ask(self, question, answer, fits=lambda message: True, dead_s=DEAD_S):
         """The message of class `answer` for which fits(message) holds. Refused if the core answers ERROR."""
