@@ -35,7 +35,7 @@ def between(step, by_side, skipped=()):
     return Difference(step, one.NAME, fields) if fields else None
 
 
-def between_lists(step, by_side):
+def between_lists(step, by_side, what="telemetry"):
     """The same for {side: [message, ...]}: what followed one answer."""
     one, *others = by_side.values()
     if all(other == one for other in others):
@@ -44,7 +44,7 @@ def between_lists(step, by_side):
         there = {side: messages[at] if at < len(messages) else None for side, messages in by_side.items()}
         kinds = {side: "nothing" if message is None else message.NAME for side, message in there.items()}
         if len(set(kinds.values())) > 1:
-            return Difference(step, "telemetry", {"message": kinds})
+            return Difference(step, what, {"message": kinds})
         found = between(step, there)
         if found is not None:
             return found

@@ -91,7 +91,7 @@ def _evaluate(args, home, log, truth_path, outcome):
         notes.append(str(error))
     result["tick"] |= outcome.tick
     result["memory"] |= outcome.memory
-    scoring.can_bus(result, outcome.can)
+    notes += filter(None, [scoring.can_bus(result, outcome.can)])
     if outcome.exit_code == 3 or outcome.interrupted:
         result["finished"], result["reason"] = False, outcome.sentence
     elif not result["finished"] and result["reason"] in ("", "running"):

@@ -103,6 +103,7 @@ class MissionBuilder:
         self._parameters, self._stores, self._chunks = {}, {}, {}
         self._status = self._hello = self._link = self._info = None
         self.damaged = ""
+        self.parameter_names = tuple(row[0] for row in PARAMETERS)   # by the numbers that the messages carry
 
     def step(self, t_us, step, left, right, ir, records):
         """One STEP; a repeated one is the link's business, not the mission's."""
@@ -162,8 +163,8 @@ class MissionBuilder:
             self._set(m)
 
     def _set(self, m):
-        if m["parameter"] < len(PARAMETERS):
-            self._parameters.setdefault(PARAMETERS[m["parameter"]][0], {})[m["index"]] = m["value"]
+        if m["parameter"] < len(self.parameter_names):
+            self._parameters.setdefault(self.parameter_names[m["parameter"]], {})[m["index"]] = m["value"]
 
     def _on_map_info_rsp(self, m):
         if self._info is None or self._info["generation"] != m["generation"]:

@@ -5,9 +5,11 @@ import os
 import numpy as np
 
 from host_tools.mission import MissionBuilder
+from protocol.dialect import SchemaError
 from protocol.log import LogError as _HeadError
 from protocol.log import LogReader
 from protocol.messages import BY_ID, MessageError
+from protocol.translation import of_log
 
 CHUNK_BYTES = 1 << 20
 HEADER_BYTES = 5  # CTL SEQ ACK ID LEN
@@ -25,8 +27,12 @@ class LogError(Exception):
 def read_mission(log_path, truth_path, *rest):
     """`rest`: files in which the log goes on, where they exist."""
     builder = MissionBuilder()
-    for record in _records([log_path, *filter(os.path.exists, rest)], builder):
-        _take(builder, record.t_us, record.frame)
+    reader = LogReader()
+    kinds = None
+    for record in _records(reader, [log_path, *filter(os.path.exists, rest)], builder):
+        if kinds is None:
+            kinds = _kinds(reader.told, builder)
+        _take(builder, kinds, record.t_us, record.frame)
     return builder.build(read_truth(truth_path))
 
 
@@ -41,8 +47,20 @@ def read_truth(path):
     return np.column_stack([rows[name].astype(float) for name in TRUTH.names])
 
 
-def _records(paths, builder):
-    reader, path = LogReader(), paths[0]
+def _kinds(told, builder):
+    """{id: what unpacks it} of what is wanted, as the log has it; the parameters' numbers are its own, too."""
+    try:
+        translation = of_log(told)
+    except SchemaError as error:
+        raise LogError("The log cannot be read: its schema is none (%s)." % error) from None
+    if translation is None:
+        return {number: kind for number, kind in BY_ID.items() if kind.NAME in WANTED}
+    builder.parameter_names = tuple(row[0] for row in translation.theirs.parameters)
+    return translation.readable(WANTED)
+
+
+def _records(reader, paths, builder):
+    path = paths[0]
     try:
         for path in paths:
             with open(path, "rb") as file:
@@ -59,12 +77,12 @@ def _records(paths, builder):
     builder.damaged = reader.damage
 
 
-def _take(builder, t_us, frame):
-    message = BY_ID.get(frame[3]) if len(frame) >= HEADER_BYTES else None
-    if message is None or message.NAME not in WANTED:
+def _take(builder, kinds, t_us, frame):
+    kind = kinds.get(frame[3]) if len(frame) >= HEADER_BYTES else None
+    if kind is None:
         return
     try:
-        fields = message.unpack(frame[HEADER_BYTES:-CRC_BYTES])
+        message = fields = kind.unpack(frame[HEADER_BYTES:-CRC_BYTES])
     except MessageError:
         return  # its CRC is right, so it is of another schema: a log must not bring its reader down
     if message.NAME == "STEP":

@@ -147,6 +147,8 @@ class _Watch:
             self.error = event.get("sentence") or event.get("message") or text
             self.blames = event.get("blames", self.blames)
             self.end = event  # how far it came
+        elif kind == "schema":
+            self.progress.note(event["text"])
         elif kind == "reset":
             self.progress.note("Fault: the core is reset at step %d." % event["step"])
             self.core = self.reset()

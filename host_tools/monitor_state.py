@@ -29,6 +29,8 @@ class MonitorState:
         self.anchors = {}          # index -> [x_mm, y_mm]
         self.anchor_count = 0
         self.messages = 0
+        self.state_names = states.NAMES     # by number, and those of the parameters: the core's own, once it is known
+        self.parameter_names = tuple(row[0] for row in PARAMETERS)
         self.forget_mission()
 
     def forget_mission(self):
@@ -56,7 +58,7 @@ class MonitorState:
         number = self.state
         if number is None:
             return "no state yet"
-        return states.NAMES[number] if number < len(states.NAMES) else "state %d" % number
+        return self.state_names[number] if number < len(self.state_names) else "state %d" % number
 
     @property
     def ended(self):
@@ -127,9 +129,9 @@ class MonitorState:
         self.status = self.memory = message     # it has all of MEMORY's fields
 
     def _take_parameter(self, message):
-        if message.parameter >= len(PARAMETERS):
+        if message.parameter >= len(self.parameter_names):
             return
-        name, index, value = PARAMETERS[message.parameter][0], message.index, message.value
+        name, index, value = self.parameter_names[message.parameter], message.index, message.value
         if name == "ir_bearing" and index < 8:
             self.ir_bearings_deg[index] = value * 360 / 65536
         elif name == "anchor_count":

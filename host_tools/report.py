@@ -76,9 +76,9 @@ def _free_run(figures):
 def _can(figures):
     if figures["frames"] is None:
         return []
-    load = _n(figures["bus_load"] and 100 * figures["bus_load"], 1)
-    return [("CAN bus", "%d frames   load %s %% of 500 kbit/s at 50 steps/s   lost %d, refused %d, dropped %d" % (
-        figures["frames"], load, figures["lost"], figures["refused"], figures["dropped"]))]
+    load, busiest = (_n(figures[key] and 100 * figures[key], 1) for key in ("bus_load", "bus_load_max"))
+    return [("CAN bus", "%d frames   load %s %%, busiest step %s %% of 500 kbit/s at 50 steps/s   lost %d, refused %d, dropped %d" % (
+        figures["frames"], load, busiest, figures["lost"], figures["refused"], figures["dropped"]))]
 
 
 def picture(home, vector_map):

@@ -36,7 +36,7 @@ SKELETON = {
     "link_stats": {"frames": None, "bytes": None, "dropped_by_cause": {}, "retransmits": None},
     "free_run": dict.fromkeys(("core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm",
                                "residual_ms", "clock_jumps", "round_trip_ms", "margin_ms")),
-    "can": dict.fromkeys(("frames", "bus_load", "lost", "refused", "dropped")),
+    "can": dict.fromkeys(("frames", "bus_load", "bus_load_max", "lost", "refused", "dropped")),
     "cleaning": dict.fromkeys(("coverage", "overlap", "robot_s")),
     "update": dict.fromkeys(("robot_s", "full_robot_s", "regions_rebuilt")),
     "days": [],
@@ -230,11 +230,16 @@ def _free_run(result, mission, end):
 
 
 def can_bus(result, counted):
-    """What the hub of a CAN link counted; its load is that of a robot that takes 50 steps a second."""
+    """What the hub of a CAN link counted; its load is that of a robot that takes 50 steps a second. -> a note where that is too much."""
     figures, robot_s = result["can"], result["time"]["robot_s"]
     figures |= {key: counted[key] for key in ("frames", "lost", "refused", "dropped") if key in counted}
     if counted and robot_s:
         figures["bus_load"] = round(counted["busy_s"] / robot_s, 4)
+        figures["bus_load_max"] = round(counted["step_s_max"] / STEP_S, 4)
+        if max(figures["bus_load"], figures["bus_load_max"]) > 1:
+            return "A CAN bus of 500 kbit/s could not keep the pace of 50 steps a second: the busiest step would take %.0f ms of 20." % (
+                1000 * counted["step_s_max"])
+    return ""
 
 
 def tum_rows(mission):

@@ -51,6 +51,7 @@ class CanCutter:
         self._end = 0
         self._tail = START | TOGGLE
         self._channel = _NONE   # the next one of telemetry; _NONE: pieces
+        self._links = 0         # LINKs so far, modulo 2
 
     def begin(self, wire, size):
         self._at = 0
@@ -122,13 +123,16 @@ class CanCutter:
         self._pad(FD_HEAD + body, FD_HEAD + body)
 
     def _head(self):
-        # What the fields alone do not say. Behind LINK, twice a second, goes what tells a viewer whether its DBC is of this core.
+        # What the fields alone do not say. Behind every second LINK, so once a second, goes what tells a viewer whether
+        # its DBC is of this core.
         self._copy(0, 0, 4)
         self._copy(4, self._end - _CRC, _CRC)
+        self._at = self._end
         if self._raw[3] == LINK:
-            self._channel = SCHEMA_CHANNEL
-        else:
-            self._at = self._end
+            self._links ^= 1
+            if self._links:
+                self._at = 0
+                self._channel = SCHEMA_CHANNEL
 
     def _schema(self):
         data = self.data

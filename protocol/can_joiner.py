@@ -8,7 +8,7 @@ from protocol import cobs
 from protocol.can_cutter import (
     END, END_CHANNEL, FD_CHANNEL, FD_HEAD, NODE, OTHER_PRIORITY, START, STEP_PRIORITY, TELEMETRY, TOGGLE,
 )
-from protocol.tables import CAN_FIRST, CAN_MESSAGES, CAN_OFFSETS, CAN_SIZES, HEAD_BYTES, PLACE
+from protocol.tables import CAN_BODIES, CAN_FIRST, CAN_MESSAGES, CAN_OFFSETS, CAN_SIZES
 
 try:
     from micropython import const
@@ -24,14 +24,13 @@ _CRC = const(4)
 _RAW_MIN = const(9)
 _RAW_MAX = const(105)
 _COLLECTED_MAX = const(110)  # two pieces of CAN FD, the last one padded
-_NONE = const(255)
 FRAME_MAX = const(113)
 
 
 class CanJoiner:
     # join(can_id, data, size) -> how many bytes of `frame`, the caller's, are a whole frame as on a byte stream; else 0.
     # They are the caller's until the next join(). `direction`: of what we listen to. `broken` counts what was begun
-    # and did not become a frame; it stays at 65535.
+    # and did not become a frame; it stays at 65535. speaks(): tables (dbc.py) of a sender with another schema.
 
     def __init__(self, frame, direction, node=NODE):
         assert len(frame) >= FRAME_MAX
@@ -43,6 +42,14 @@ class CanJoiner:
         self._collected = 0
         self._message = 0       # of the telemetry being collected; 0: none
         self._channel = 0       # of its next part
+        self.speaks(CAN_MESSAGES, CAN_OFFSETS, CAN_SIZES, CAN_FIRST, CAN_BODIES)
+
+    def speaks(self, messages, offsets, sizes, first, bodies):
+        self._messages = messages
+        self._offsets = offsets
+        self._sizes = sizes
+        self._first = first
+        self._bodies = bodies
 
     def join(self, can_id, data, size):
         if can_id >> 5 & 15 != self._address:
@@ -52,7 +59,7 @@ class CanJoiner:
         if priority == TELEMETRY:
             if channel == END_CHANNEL:
                 return self._end(data, size)
-            if channel < len(CAN_MESSAGES) and CAN_MESSAGES[channel]:
+            if self._messages[channel]:
                 self._part(channel, data, size)
             return 0
         if priority == OTHER_PRIORITY and channel >= FD_CHANNEL:
@@ -89,24 +96,24 @@ class CanJoiner:
         return self._whole(size)
 
     def _part(self, channel, data, size):
-        message = CAN_MESSAGES[channel]
-        if channel == CAN_FIRST[message & 15]:
+        message = self._messages[channel]
+        if channel == self._first[message & 15]:
             self._forget()
             self._message = message
             self._channel = channel
         if self._message == 0:
             return
-        if message != self._message or channel != self._channel or size != CAN_SIZES[channel]:
+        if message != self._message or channel != self._channel or size != self._sizes[channel]:
             self._forget()
             return
-        self._put(_BODY + CAN_OFFSETS[channel], data, 0, size)
+        self._put(_BODY + self._offsets[channel], data, 0, size)
         self._channel = channel + 1
 
     def _end(self, data, size):
         message = self._message
         if message == 0:
             return 0
-        if size != 8 or data[3] != message or CAN_MESSAGES[self._channel] == message:
+        if size != 8 or data[3] != message or self._messages[self._channel] == message:
             self._forget()
             return 0
         self._message = 0
@@ -115,15 +122,16 @@ class CanJoiner:
     def _fd_telemetry(self, channel, data, size):
         self._forget()
         message = 32 | channel & 15
-        if CAN_FIRST[channel & 15] == _NONE or size < FD_HEAD or data[3] != message or size < FD_HEAD + HEAD_BYTES[PLACE[message]]:
+        body = self._bodies[channel & 15]
+        if body == 0 or size < FD_HEAD + body or data[3] != message:
             self._count()
             return 0
-        self._put(_BODY, data, FD_HEAD, HEAD_BYTES[PLACE[message]])
+        self._put(_BODY, data, FD_HEAD, body)
         return self._headed(message, data)
 
     def _headed(self, message, data):
         # CTL SEQ ACK ID and the CRC stand in data; LEN follows from the message.
-        size = HEAD_BYTES[PLACE[message]] + _HEADER + _CRC
+        size = self._bodies[message & 15] + _HEADER + _CRC
         self._put(_RAW, data, 0, 4)
         self.frame[_LEN] = size
         self._put(_RAW + size - _CRC, data, 4, _CRC)

@@ -52,7 +52,8 @@ def parts(messages=schema.MESSAGES):
 
 
 def tables(messages=schema.MESSAGES):
-    # -> by channel the message, its first byte in the body and how many; by the low four bits of a message its first channel
+    # -> by channel the message, its first byte in the body and how many; by the low four bits of a message its first channel,
+    # and how long its body is
     rows = parts(messages)
     first = bytearray(b"\xff" * 16)
     for channel in reversed(range(len(rows))):
@@ -60,7 +61,10 @@ def tables(messages=schema.MESSAGES):
     ids = bytes(row[0] for row in rows).ljust(32, b"\0")
     offsets = bytes(row[3] for row in rows).ljust(32, b"\0")
     sizes = bytes(sum(SIZES[field[1]] for field in row[4]) for row in rows).ljust(32, b"\0")
-    return ids, offsets, sizes, bytes(first)
+    bodies = bytearray(16)
+    for message_id, _, fields in telemetry(messages):
+        bodies[message_id & 15] = sum(SIZES[field[1]] for field in fields)
+    return ids, offsets, sizes, bytes(first), bytes(bodies)
 
 
 def signals(fields, at=0):
@@ -80,7 +84,7 @@ def frames(messages=schema.MESSAGES):
         size = sum(SIZES[field[1]] for field in fields)
         rows.append((SINGLE | channel, "%s_%d" % (name, number), size, signals(fields), fields,
                      "Part %d of message %02X." % (number, message_id), False))
-    rows.append((SINGLE | 30, "SCHEMA", 5, signals(SCHEMA), SCHEMA, "Twice a second: the schema that the core speaks.", False))
+    rows.append((SINGLE | 30, "SCHEMA", 5, signals(SCHEMA), SCHEMA, "Once a second: the schema that the core speaks.", False))
     rows.append((SINGLE | 31, "FRAME_END", 8, signals(HEAD), HEAD, "Behind the parts of a message: its header and its CRC-32.", False))
     for message_id, name, fields in telemetry(messages):
         size = 8 + sum(SIZES[field[1]] for field in fields)

@@ -100,7 +100,7 @@ def tables_text(messages=schema.MESSAGES):
               "PARAMETER_TEXT = (%s)" % wrapped(parameter_text()), ""]
     lines += ["# telemetry as CAN frames: by channel the message (0: none), its bytes' place in the body, how many;",
               "# by the low four bits of a message its first channel (255: it travels in pieces)"]
-    for name, data in zip(("CAN_MESSAGES", "CAN_OFFSETS", "CAN_SIZES", "CAN_FIRST"), dbc.tables(messages)):
+    for name, data in zip(("CAN_MESSAGES", "CAN_OFFSETS", "CAN_SIZES", "CAN_FIRST", "CAN_BODIES"), dbc.tables(messages)):
         lines.append("%s = (%s)" % (name, wrapped(data)))
     lines.append("")
     lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_"))]

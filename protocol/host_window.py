@@ -39,6 +39,7 @@ class Window:
         self.out = {}
         self._last = 0
         self.ack = 0
+        self._twice = None      # SEQ of the newest answer whose question was repeated
 
     @property
     def full(self):
@@ -57,8 +58,14 @@ class Window:
         question = self.out.pop(seq, None)
         if question is None:
             self.duplicates += 1
+            if seq == self._twice:
+                self._twice = None
+                self.round_trip.needless()  # the core took it twice
             return None
         self.round_trip.add(now_us - question.first_us, question.tries)
+        if self._twice is not None:
+            self.round_trip.needed()  # on a line that keeps its order the second answer would have come before this one
+        self._twice = seq if question.tries else None
         oldest = next(iter(self.out), None)
         self.ack = self._last if oldest is None else oldest - 1 & 255
         for other in self.out.values():
@@ -73,9 +80,10 @@ class Window:
                 question.missed = True
 
     def lost(self, seq):
-        """The core said that this question is missing."""
-        if seq in self.out:
-            self.out[seq].missed = True
+        """The core said that this question is missing: it has dropped those behind it, too."""
+        for question in self.out.values():
+            if question.seq - seq & 255 < SIZE:
+                question.missed = True
 
     def due(self, now_us):
         late = [question for question in self.out.values()

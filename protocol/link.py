@@ -207,8 +207,10 @@ class Link:
             self._gap = False
             return True
         if behind < 128:
-            reader.count(DUPLICATES)
-            if behind < kept:
+            if behind >= kept:
+                reader.count(STALE)  # the host has its answer
+            else:
+                reader.count(DUPLICATES)
                 place = reader.seq & 1
                 self.tx = self.kept[place]
                 self.tx_len = self._kept_len[place]

@@ -8,7 +8,7 @@
 # A field that one of the two has not is read as 0 where that one which knows it calls it optional (schema.OPTIONAL); a value other
 # than 0 that has no place at the other end is an error, never left out. Host only.
 
-from protocol.dialect import HANDSHAKE_MAX, NUMBERS, OURS, SchemaError
+from protocol.dialect import HANDSHAKE_MAX, NUMBERS, OURS, SchemaError, dialect_of
 from protocol.messages import MessageError
 
 CODES = {"state": "states", "reason": "reasons"}    # fields whose values have names
@@ -84,10 +84,10 @@ class Recipe:
 
 # One of their messages on its way to us. `unpack` as a message class's; what ours has no place for goes to heard(message).
 class Reading:
-    def __init__(self, theirs, ours, optional, codes, heard):
+    def __init__(self, theirs, ours, optional, codes, heard, who):
         self.DIRECTION = theirs.DIRECTION
         self._theirs, self._ours, self._heard = theirs, ours, heard
-        self.recipe = Recipe(theirs, ours, optional, "the core", "this host", codes) if ours is not None else None
+        self.recipe = Recipe(theirs, ours, optional, who, "this host", codes) if ours is not None else None
         self.whole = self.recipe is not None and not self.recipe.flaw
         self._strange = not self.whole or bool(self.recipe.missed)
         self._item = ours._ITEM_TYPE if ours is not None and not ours._BYTES else None
@@ -107,9 +107,15 @@ class Reading:
         return self._ours._make(values)
 
 
+def of_log(told):
+    """The Translation of a log's messages by its head, None where they are ours."""
+    theirs = dialect_of(told)
+    return None if theirs.hash == OURS.hash else Translation(theirs, who="the log")
+
+
 class Translation:
     # heard(message) gets each message of theirs that says something for which ours has no place, in their class.
-    def __init__(self, theirs, ours=OURS, heard=lambda message: None):
+    def __init__(self, theirs, ours=OURS, heard=lambda message: None, who="the core"):
         self.theirs, self.ours = theirs, ours
         self.state_names, states = merged(ours.codes["states"], theirs.codes["states"])
         self._reasons, reasons = merged(ours.codes["reasons"], theirs.codes["reasons"])
@@ -118,7 +124,7 @@ class Translation:
                  "degraded": lambda value: self._bits(value), "message_id": lambda value: ids.get(value, value)}
         self._writes = {name: Recipe(kind, theirs.by_name[name], theirs.optional, "this host", "the core")
                         for name, kind in ours.by_name.items() if name in theirs.by_name}
-        self.reads = {number: Reading(kind, ours.by_name.get(kind.NAME), ours.optional, codes, heard)
+        self.reads = {number: Reading(kind, ours.by_name.get(kind.NAME), ours.optional, codes, heard, who)
                       for number, kind in theirs.by_id.items() if number > HANDSHAKE_MAX}
         self.reads |= {number: kind for number, kind in ours.by_id.items() if number <= HANDSHAKE_MAX}
         self.differs = sorted(name for name in {**ours.by_name, **theirs.by_name}
@@ -134,6 +140,8 @@ class Translation:
         """The sentence on the first of these messages of ours that cannot pass; "" if all can."""
         for name in names:
             ours, theirs = self.ours.by_name[name], self.theirs.by_name.get(name)
+            if ours.ID <= HANDSHAKE_MAX:
+                continue
             if theirs is None:
                 return self._sentence("it has no message %s" % name)
             recipe = self.reads[theirs.ID].recipe if ours.DIRECTION else self._writes[name]
@@ -142,6 +150,19 @@ class Translation:
             if ours.RELIABLE != theirs.RELIABLE:
                 return self._sentence("%s is repeated until it has come only by %s" % (name, "this host" if ours.RELIABLE else "the core"))
         return ""
+
+    def unread(self, names):
+        """What is wrong with these messages as they stand in a log; "" if all can be read."""
+        for name in names:
+            theirs = self.theirs.by_name.get(name)
+            if theirs is None or not self.reads[theirs.ID].whole:
+                return self.reads[theirs.ID].recipe.flaw if theirs else "it has no message %s" % name
+        return ""
+
+    def readable(self, names):
+        """{id: what unpacks it} of those of our messages with these names that can be read."""
+        found = {name: self.theirs.by_name[name].ID for name in names if name in self.theirs.by_name}
+        return {number: self.reads[number] for name, number in found.items() if number <= HANDSHAKE_MAX or self.reads[number].whole}
 
     def _sentence(self, flaw):
         return "the core speaks schema %08x, this host %08x, and %s: %s" % (self.theirs.hash, self.ours.hash, flaw, UPDATE)

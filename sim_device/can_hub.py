@@ -11,6 +11,7 @@ import signal
 import sys
 import time
 
+from protocol.can_cutter import NODE, START, STEP_PRIORITY
 from sim_device.links.can_bus import CanBus
 from sim_device.links.pty import LinkError
 from sim_device.links.slcan_adapter import SlcanAdapter
@@ -18,10 +19,12 @@ from sim_device.links.slcan_adapter import SlcanAdapter
 ABSENT_MS = 20      # how often we look who has come
 SPIN_S = 0.0003     # in lockstep the next frame is nearer than being woken takes; see links/pty.py
 SLEEPS = 50
+STEP_ID = b"%03X" % (STEP_PRIORITY | NODE << 6 | 1)     # of a STEP's CAN frames
 
 
 # Owns the adapters. turn() waits for text on any of them and carries what comes of it over the bus; run() does so until
-# stop() is true. `candump`, a text file, gets every frame.
+# stop() is true. `candump`, a text file, gets every frame. `step_s_max`: for how long the busiest step would keep the bus,
+# from its STEP to the next.
 class CanHub:
     def __init__(self, paths, bus=None, candump=None, uplink=None):
         self.bus = bus or CanBus()
@@ -40,6 +43,8 @@ class CanHub:
             self._undo = undo.pop_all()
         self._by_controller = {adapter.controller: adapter for adapter in self.adapters}
         self._looked_s = 0.0
+        self.step_s_max = 0.0
+        self._begun_s = None
 
     def _add(self, adapter, undo):
         undo.callback(adapter.close)
@@ -68,6 +73,8 @@ class CanHub:
             carried = 0
             while (passed := self.bus.transmit(now_s)) is not None:
                 frame, _, receivers = passed
+                if frame.line[1:4] == STEP_ID:
+                    self._step(frame)
                 for controller in receivers:
                     self._by_controller[controller].deliver(frame)
                 if self._candump is not None:
@@ -78,6 +85,13 @@ class CanHub:
             patient = bool(taken or carried)
         for adapter in self.adapters:
             adapter.flush()
+
+    def _step(self, frame):
+        if len(frame.line) > 5 and int(frame.line[-2:], 16) & START:
+            now_s = self.bus.busy_s - frame.bus_s
+            if self._begun_s is not None:
+                self.step_s_max = max(self.step_s_max, now_s - self._begun_s)
+            self._begun_s = now_s
 
     def _look_who_is_there(self):
         now_s = time.monotonic()
@@ -103,7 +117,7 @@ class CanHub:
         return events
 
     def figures(self):
-        return {**self.bus.figures(), "dropped": sum(adapter.dropped for adapter in self.adapters)}
+        return {**self.bus.figures(), "step_s_max": round(self.step_s_max, 6), "dropped": sum(adapter.dropped for adapter in self.adapters)}
 
     def close(self):
         self._undo.close()

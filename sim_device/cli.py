@@ -172,13 +172,29 @@ def incomplete(files):
     return "; ".join(file.failure for file in files if file.failure)
 
 
+def made_worse(link, plan, options, reset, kept):
+    """The link with the faults of the plan: those of CAN frames happen on the bus, by the same seed."""
+    from sim_device.links.faulty import FaultyLink
+
+    def note(item):
+        if kept:
+            kept.add((item + "\n").encode())
+    if plan.of_the_bus:
+        if not hasattr(link, "worsen"):
+            raise InputError("--faults: loss, full, busy and busoff are faults of a CAN bus, and %s is none; use hil --link slcan, or "
+                             "leave them out" % (options.link or options.core))
+        link.worsen([("seed", options.seed), *plan.bus.items()])
+        for kind, chance in plan.bus.items():
+            note("%s=%g" % (kind, chance))
+    return FaultyLink(link, plan, options.seed, getattr(link, "restart", reset), note) if plan.of_the_link else link
+
+
 def mission(options, report, signals):
     # Imported here: --version and a wrong argument need none of it.
+    from protocol.dialect import SchemaError
     from sim_device.config import RobotError, load_robot
     from sim_device.faults import FaultError, parse
     from sim_device.home import HomeError, load_home
-    from sim_device.links.faulty import FaultyLink
-    from protocol.dialect import SchemaError
     from sim_device.links.peer_errors import PeerError
     from sim_device.links.pty import LinkError
     from sim_device.links.tap import Taps
@@ -208,10 +224,8 @@ def mission(options, report, signals):
             keep = options.map and grows(GrowingFile, options.map)
             link = open_link(options)
             stack.enter_context(contextlib.closing(link))
-            if plan.of_the_link:
-                kept = options.keep_faults and grows(GrowingFile, options.keep_faults)
-                link = FaultyLink(link, plan, options.seed, getattr(link, "restart", lambda: report.event("reset", step=session.now)),
-                                  lambda item: kept and kept.add((item + "\n").encode()))
+            kept = options.keep_faults and grows(GrowingFile, options.keep_faults)
+            link = made_worse(link, plan, options, lambda: report.event("reset", step=session.now), kept)
             taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
             session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals)
             report.event("ready", home=home.name, link=options.link or options.core, pty=link.name, taps=options.tap, seed=options.seed)

@@ -4,6 +4,8 @@
 #   delay=20ms  delay=20ms:0.3                      every frame, or with that probability
 #   drop@down=12  flip@up=40:97  delay@up=7:20ms    the 12th frame down; of the 40th up bit 97
 #   cut@step=500:2s  reset@step=900                 when that step is sent; also @down, @up
+#   loss=0.01  full=0.01  busy=0.5                  of CAN frames, on --link slcan
+#   busoff@step=300:50ms  full@step=300:100ms       of CAN controllers
 #   uwb=off  infrared=stuck@step=300:200            a sensor, from step 300 on for 200 steps
 #
 # Items are separated by commas or ends of line; after # stands a comment; @FILE is the file of that name.
@@ -13,7 +15,10 @@ import re
 from dataclasses import dataclass, field
 
 CHANCES = ("drop", "flip", "dup", "reorder", "delay")
-EVENTS = ("cut", "reset")
+BUS_CHANCES = ("loss", "full", "busy")
+BUS_EVENTS = ("busoff", "full")
+EVENTS = ("cut", "reset", *BUS_EVENTS)
+BUSY_MAX = 0.95
 WAYS = ("down", "up")
 SENSORS = ("encoder", "infrared", "ultrasonic", "uwb")
 KINDS = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")
@@ -38,13 +43,13 @@ class SensorFault:
     end: int = FOR_EVER
 
 
-# chances: {kind: probability}. frames: {(way, number): [(kind, bit or seconds)]}, numbers from 1.
-# events: {(where, number): [(kind, seconds)]},
-# where one of step, down, up.
+# chances: {kind: probability}; bus: those of CAN frames. frames: {(way, number): [(kind, bit or seconds)]}, numbers from 1.
+# events: {(where, number): [(kind, seconds)]}, where one of step, down, up.
 @dataclass
 class Plan:
     chances: dict = field(default_factory=dict)
     delay_s: float = 0.0
+    bus: dict = field(default_factory=dict)
     frames: dict = field(default_factory=dict)
     events: dict = field(default_factory=dict)
     sensors: list = field(default_factory=list)
@@ -52,6 +57,10 @@ class Plan:
     @property
     def of_the_link(self):
         return bool(self.chances or self.frames or self.events)
+
+    @property
+    def of_the_bus(self):
+        return bool(self.bus) or any(kind in BUS_EVENTS for events in self.events.values() for kind, _ in events)
 
 
 def parse(text):
@@ -84,6 +93,8 @@ def _add(plan, item):
         plan.sensors.append(_sensor(item, kind, value))
     elif equals and kind in CHANCES and not at:
         _chance(plan, item, kind, value)
+    elif equals and kind in BUS_CHANCES and not at:
+        plan.bus[kind] = _probability(item, value, BUSY_MAX if kind == "busy" else 1)
     elif equals and kind in CHANCES and where in WAYS:
         number, _, detail = value.partition(":")
         plan.frames.setdefault((where, _number(item, number, STEP_MAX)), []).append((kind, _detail(item, kind, detail)))
@@ -101,16 +112,21 @@ def _chance(plan, item, kind, value):
         length, _, value = value.partition(":")
         plan.delay_s = _seconds(item, length)
         value = value or "1"
-    if not re.fullmatch(r"[01]|[01]?\.[0-9]{1,6}", value) or float(value) > 1:
-        raise FaultError("--faults %s: %s is no probability from 0 to 1; give one like 0.1" % (item, value or "nothing"))
-    if float(value):
-        plan.chances[kind] = float(value)
+    chance = _probability(item, value)
+    if chance:
+        plan.chances[kind] = chance
+
+
+def _probability(item, text, largest=1):
+    if not re.fullmatch(r"[01]|[01]?\.[0-9]{1,6}", text) or float(text) > largest:
+        raise FaultError("--faults %s: %s is no probability from 0 to %g; give one like 0.1" % (item, text or "nothing", largest))
+    return float(text)
 
 
 def _detail(item, kind, text):
     if kind == "flip":
         return _number(item, text, BITS_MAX - 1)
-    if kind in ("delay", "cut"):
+    if kind in ("delay", "cut", "full") or kind == "busoff" and text:
         return _seconds(item, text)
     if text:
         raise FaultError("--faults %s: %s takes nothing after its number; leave out :%s" % (item, kind, text))

@@ -13,6 +13,7 @@ import can
 import serial
 from can.interfaces.slcan import slcanBus
 
+from protocol import dbc
 from protocol.can_cutter import CanCutter
 from protocol.can_joiner import FRAME_MAX, CanJoiner
 from sim_device.links.peer import PeerError
@@ -23,6 +24,7 @@ UDP_GROUP = "239.74.163.2"
 WAIT_S = 10.0   # for an adapter's name to appear
 BURST = 1000    # frames of others that one read() passes over
 SPIN_S = 0.0004
+FAULT_S = 1.0   # for the answer of a bus that is to be made worse
 SLEEPS = 50
 KINDS = ("slcan-fd", "slcan", "socketcan", "udp")
 DOWN, UP = 0, 1
@@ -85,6 +87,26 @@ class CanLink:
             return False
         return True
 
+    def speaks(self, dialect):
+        """The core's schema, by which its telemetry is laid out."""
+        with contextlib.suppress(dbc.DbcError):     # one that has no such layout tells none as single frames
+            self._joiner.speaks(*dbc.tables(dialect.messages))
+
+    def worsen(self, faults):
+        """Asks the bus for these faults, [(name, number)]: only one of can_hub's can. LinkError otherwise."""
+        for name, value in faults:
+            done = False
+            with contextlib.suppress(can.CanError, serial.SerialException, OSError):
+                done = isinstance(self._bus, Adapter) and self._bus.told("!%s=%.6f" % (name, value), FAULT_S)
+            if not done:
+                raise LinkError("the CAN bus %s brings no faults about, as only one of sim_device.can_hub does; leave loss, full, busy and "
+                                "busoff out of --faults, or use hil --link slcan" % self.name)
+
+    def happens(self, kind, seconds):
+        """An event of --faults, now."""
+        with contextlib.suppress(can.CanError, serial.SerialException, OSError):    # that it is gone, the next frame tells
+            self._bus.tell("!%s=%.6f" % ("jam" if kind == "full" else kind, seconds or 0))
+
     def flush(self):
         return True
 
@@ -110,6 +132,18 @@ class Adapter(slcanBus):
             self.serialPortOrig.write("".join(self._held).encode())
         finally:
             self._held = None
+
+    def tell(self, line):
+        self._write(line)
+
+    def told(self, line, wait_s):
+        """Whether the adapter answers to this line with `!`. What it says before is lost."""
+        self._write(line)
+        end_s = time.monotonic() + wait_s
+        while time.monotonic() < end_s:
+            if self._read(0.05) == "!":
+                return True
+        return False
 
     def _write(self, string):
         if self._held is None:

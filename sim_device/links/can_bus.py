@@ -1,14 +1,16 @@
 # A CAN bus with its controllers: who may send next, what is refused, what is lost. Sans-I/O.
 
-import random
 from collections import deque
+
+from sim_device.links.bus_faults import BusFaults
 
 QUEUE_MAX = 64
 BUS_OFF_S = 128 * 11 / 500_000  # recessive bits after which a controller may come back
 
 
 # One controller. `queue` holds what it has still to send, in order; `full_for` is how many of the next
-# frames find it full whatever is in it, `off_until_s` when it comes back from bus-off: both are faults.
+# frames find it full whatever is in it, `full_until_s` until when all do, `off_until_s` when it comes back from bus-off:
+# these are faults.
 class Controller:
     def __init__(self, name):
         self.name = name
@@ -17,6 +19,7 @@ class Controller:
         self.queue = deque()
         self.queue_max = QUEUE_MAX
         self.full_for = 0
+        self.full_until_s = 0.0
         self.off_until_s = 0.0
         self.sent = 0
         self.refused = 0    # the queue was full, the channel closed, or the controller off the bus
@@ -26,13 +29,12 @@ class Controller:
 # as often as there is somebody else to acknowledge. A frame reaches every other controller that is open and not
 # bus-off. No time passes in it: `busy_s` adds up how long a real bus at 500 kbit/s would have been busy.
 class CanBus:
-    def __init__(self, seed=1):
+    def __init__(self):
         self.controllers = []
         self.frames = 0
         self.busy_s = 0.0
         self.lost = 0
-        self.loss = 0.0     # fault: the probability that a frame reaches nobody
-        self._random = random.Random(seed)
+        self.faults = BusFaults()
 
     def attach(self, name):
         self.controllers.append(Controller(name))
@@ -42,6 +44,8 @@ class CanBus:
         """Into the controller's queue; False where it takes none."""
         if controller.full_for > 0:
             controller.full_for -= 1
+        elif now_s < controller.full_until_s or self.faults.refuses():
+            pass
         elif self._on(controller, now_s) and not controller.listens_only and len(controller.queue) < controller.queue_max:
             controller.queue.append(frame)
             return True
@@ -49,7 +53,10 @@ class CanBus:
         return False
 
     def transmit(self, now_s):
-        """The next frame on the bus: (frame, its sender, those that get it), or None where there is none."""
+        """The next frame on the bus: (frame, its sender, those that get it), or None where there is none. Of others: no sender."""
+        if (foreign := self.faults.others()) is not None:
+            self._count(foreign)
+            return foreign, None, [one for one in self.controllers if self._on(one, now_s)]
         senders = [one for one in self.controllers if one.queue and self._on(one, now_s)]
         if not senders:
             return None
@@ -59,12 +66,29 @@ class CanBus:
             return None     # nobody acknowledges: it will be sent again and again until somebody does
         frame = sender.queue.popleft()
         sender.sent += 1
-        self.frames += 1
-        self.busy_s += frame.bus_s
-        if self.loss and self._random.random() < self.loss:
+        self._count(frame)
+        self.faults.passed(frame.bus_s)
+        if self.faults.loses():
             self.lost += 1
             others = []
         return frame, sender, others
+
+    def _count(self, frame):
+        self.frames += 1
+        self.busy_s += frame.bus_s
+
+    def worsen(self, by, what, value, now_s):
+        """A fault that the controller `by` asks for. Whether there is such a one."""
+        if what == "busoff":
+            for one in self.controllers:
+                if one is not by:
+                    self.bus_off(one, now_s, value or BUS_OFF_S)
+        elif what == "jam":
+            for one in self.controllers:
+                one.full_until_s = now_s + value
+        else:
+            return self.faults.set(what, value)
+        return True
 
     def bus_off(self, controller, now_s, for_s=BUS_OFF_S):
         """Fault: too many errors. What it had to send is gone, and it hears nothing until it comes back by itself."""

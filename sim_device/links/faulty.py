@@ -5,6 +5,7 @@ import random
 
 from protocol import cobs
 from protocol.messages import BY_NAME
+from sim_device.faults import BUS_EVENTS
 
 OVERTAKEN_S = 0.02      # so long a frame waits for the next one to go first
 TORN_MAX = 256          # bytes without a delimiter: no frame, they pass as they are
@@ -170,6 +171,8 @@ class FaultyLink:
             self._noted(kind, where, number, seconds)
             if kind == "cut":
                 self._cut_s = now_s + seconds
+            elif kind in BUS_EVENTS:
+                self._link.happens(kind, seconds)
             else:
                 self.resetting = True
                 self._down.clear()

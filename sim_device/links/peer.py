@@ -6,7 +6,7 @@ from protocol.frame_reader import BYTES_IN, BYTES_OUT, FRAMES_IN, FRAMES_OUT
 from protocol.host_link import HANDSHAKE_MAX, RELIABLE, HostLink
 from protocol.host_window import Window
 from protocol.messages import BY_NAME
-from sim_device.links.acquaintance import acquaint
+from sim_device.links.acquaintance import Acquaintance
 from sim_device.links.asked import Asked
 from sim_device.links.peer_errors import Interrupted, PeerError, Restarted, is_garbage, nobody, refused, silent
 
@@ -30,7 +30,6 @@ class Peer:
         self.newest = {}
         self.stores = {}
         self.hello = None
-        self.dialect = None         # of the core, once it is known
         self.resent = 0             # of what is not the window's
         self.reopened = 0           # epochs that a stray frame cost
         self.link = HostLink(sink=self._passes)
@@ -39,6 +38,7 @@ class Peer:
         self._pty = pty
         self._taps = taps
         self._log = log
+        self._acquaintance = Acquaintance(taps, log)
         self._stop = stop
         self._passed = []
         self._boots = set()         # numbers of cores that are no more
@@ -97,26 +97,17 @@ class Peer:
             self._pty.resetting = False
             self._open(self.link.welcome(hello))
             try:
-                self._speaks(acquaint(self, hello))
+                self._acquaintance.make(self, hello)
                 return hello
             except Restarted as again:
                 hello = again.hello
-
-    def _speaks(self, dialect):
-        """Tap and log hold what passes by the schema of the core that says it."""
-        if self.dialect not in (None, dialect):
-            raise PeerError("the core on %s has come back with another schema: start the mission again" % self._pty.path)
-        self.keep()
-        self._taps.speaks(dialect)
-        if self._log is not None and self.dialect is None and self.link.translation is not None:
-            self._log.speaks(dialect)
-        self.dialect = dialect
 
     def ask(self, question, answer, fits=lambda message: True, dead_s=DEAD_S):
         """The message of class `answer` for which fits(message) holds. Refused if the core answers ERROR."""
         if question.RELIABLE:
             return self.ask_all([(question, answer, fits)], dead_s)[0]
         self.newest.pop(answer, None)
+        self._told.pop(answer, None)  # where the last one came long ago, its number says nothing
         for _ in self._tries(self.link.encode(question), dead_s):
             message = self.newest.get(answer)
             if message is not None and fits(message):

@@ -1,16 +1,20 @@
 # One SLCAN adapter: its pty, and the text on it (LAWICEL's; for CAN FD the letters of the CANable 2.0).
 
+import re
+
 from sim_device.links.can_frame import KINDS, parse
 from sim_device.links.pty import Pty
 
 BACKLOG_BYTES = 1 << 16
 LINE_MAX = 141      # B, id of 8, length, 64 bytes; with CR. What is longer is noise
 VERSION, SERIAL = b"V1013", b"NTVSL"
+_FAULT = re.compile(rb"!([a-z]{1,8})=([0-9]{1,10}(?:\.[0-9]{1,6})?)")
 
 
 # A controller of the bus behind a pty. Commands are answered with CR or BEL as real adapters do it; a frame that the
 # controller took is not answered, one that it did not take gets BEL. Whatever the text, it never raises.
-# `dropped`: frames whose reader did not keep up, as an adapter's buffer overflows.
+# `dropped`: frames whose reader did not keep up, as an adapter's buffer overflows. Beyond LAWICEL's: `!NAME=VALUE` brings a
+# fault about (can_bus.py), and is answered with `!`.
 class SlcanAdapter:
     def __init__(self, path, bus):
         self.path = path
@@ -58,7 +62,7 @@ class SlcanAdapter:
                 if frame is None or not self._bus.offer(controller, frame, now_s):
                     self._out.append(b"\a")
             elif line:
-                self._out.append(self._command(line))
+                self._out.append(self._fault(line, now_s) if line[:1] == b"!" else self._command(line))
             taken += 1
         del self._lines[:taken]
         return taken
@@ -79,6 +83,11 @@ class SlcanAdapter:
         elif controller.open or line not in (b"S6", b"Y2", b"Z0", b"M0", b"A1"):
             return b"\a"    # this bus has 500 kbit/s, 2 Mbit/s for data, and no time stamps
         return b"\r"
+
+    def _fault(self, line, now_s):
+        asked = _FAULT.fullmatch(line)
+        done = asked and self._bus.worsen(self.controller, asked[1].decode(), float(asked[2]), now_s)
+        return b"!\r" if done else b"\a"
 
     def deliver(self, frame):
         self._out += (frame.line, b"\r")

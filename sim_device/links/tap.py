@@ -19,6 +19,7 @@ DRAIN_S = 1.5
 _ID = 3         # in a raw frame: CTL SEQ ACK ID LEN body CRC
 _BODY = 5
 _BOOT_ID = slice(_BODY + 10, _BODY + 12)  # HELLO keeps its layout for ever
+_SCHEMA = slice(_BODY + 2, _BODY + 6)
 _HELLO, _IDENTITY, _IDENTIFY, _WELCOME = (BY_NAME[name].ID for name in ("HELLO", "IDENTITY", "IDENTIFY", "WELCOME"))
 _NUMBERS = ("index", "order")   # fields of telemetry of which each item counts for itself: a vector, a store
 
@@ -61,7 +62,7 @@ class Taps:
 
     def speaks(self, dialect):
         """What passes from here on is of this schema, and whoever asks is told it."""
-        self._schema = dialect.data
+        self._dialect = dialect
         telemetry = {number: kind for number, kind in dialect.by_id.items() if 0x20 <= number < 0x30}
         self._kept = {number: _number_of(kind) for number, kind in telemetry.items()}
         self._kept |= {dialect.by_name[name].ID: slice(0) for name in ("STATUS_RSP",) if name in dialect.by_name}
@@ -111,7 +112,8 @@ class Taps:
     def _answer(self, request):
         """The frame that answers IDENTIFY with these three bytes, None if nobody has said it."""
         if request[:1] == bytes((SECTION,)):
-            return self._link.encode(piece(self._schema, int.from_bytes(request[1:], "little"))) if self._hello is not None else None
+            known = self._hello is not None and self._hello[_SCHEMA] == self._dialect.hash.to_bytes(4, "little")
+            return self._link.encode(piece(self._dialect.data, int.from_bytes(request[1:], "little"))) if known else None
         raw = self._identity.get(request, self._hello)
         return None if raw is None else wire(raw)
 

@@ -104,7 +104,7 @@ class FrameLog(GrowingFile):
         self.flush()
         with open(self.path, "rb") as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise TraceError("%s is no file whose head can be written anew, as the log of a core of another schema needs it" % self.path)
+                raise TraceError("%s is no regular file: the log of a core of another schema needs one" % self.path)
             kept = file.read()[len(self._head):]
         self._head = LogWriter().head(dialect, **self._notes)
         os.ftruncate(self._file.fileno(), 0)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from protocol.describe import DBC
 from protocol.messages import BY_NAME
 from tests.host_tools.test_hil_arguments import expect_refusal
 from tests.host_tools.test_hil_mission import SMALL, by_command, children_of, finish, hil, wait_until_driving
+from tests.host_tools.test_hil_processes import alive, wait_until
 from tests.host_tools.test_result import expect_all_keys
 from tests.sim_device.can_story import running_hub
 
@@ -47,7 +49,7 @@ def test_over_can_the_mission_is_the_one_over_the_pty(project, small, tmp_path, 
     assert over["link"] == link and "over " + link in said
     bus = over["can"]
     assert bus["frames"] > over["link_stats"]["frames"] and bus["dropped"] == bus["lost"] == 0
-    assert 0.005 < bus["bus_load"] < 0.25 and "load" in said
+    assert 0.005 < bus["bus_load"] < bus["bus_load_max"] < 0.6 and "busiest step" in said
     assert pty["can"] == dict.fromkeys(bus)
     if target == "unix":
         assert over["memory"]["heap_locked"] and over["memory"]["allocated_after_boot_bytes"] == 0
@@ -104,7 +106,8 @@ def test_the_command_cantools_decodes_the_candump(project, small, tmp_path):
 
 
 @pytest.mark.parametrize("argv, words", [
-    (["--link", "slcan", "--target", "stm32"], ("--link slcan", "unix and cpython", "stm32", "pty")),
+    (["--link", "udp", "--target", "port:/dev/ttyACM9"], ("--link udp", "port:/dev/ttyACM9", "--link slcan", "--link pty")),
+    (["--faults", "busoff@step=9", "--target", "cpython"], ("busoff", "a CAN bus", "--link slcan")),
     (["--link", "socketcan:no_such_can"], ("socketcan:no_such_can", "no such network", "slcan")),
     (["--link", "socketcan:"], ("socketcan:", "no such network")),
     (["--candump", "x.log"], ("--candump", "pty", "slcan")),
@@ -122,16 +125,28 @@ def test_a_candump_never_takes_the_place_of_another_file(small, tmp_path, capsys
     expect_refusal(capsys, [small, "--link", "slcan", "--candump", str(tmp_path)], "--candump", "folder")
 
 
+def test_a_bus_that_would_be_too_slow_is_said_and_its_faults_change_nothing(project, small, tmp_path):
+    good, _ = result_of(project, small, tmp_path, "--target", "cpython", "--link", "memory", "--max-robot-s", "5")
+    path = tmp_path / "busy.json"
+    code, _, err = finish(hil(project, small, "--target", "cpython", "--link", "slcan", "--max-robot-s", "5", "--json", str(path),
+                              "--faults", "busy=0.9,loss=0.005,busoff@step=50:50ms"))
+    busy = json.loads(path.read_text())
+    assert code == 1 and busy["hash"] == good["hash"] and busy["can"]["lost"] > 0
+    assert busy["can"]["bus_load_max"] > 1 and re.search(r"could not keep the pace .* busiest step would take \d+ ms of 20", err)
+
+
 def test_a_full_disk_under_the_candump_is_named(project, small):
     code, _, err = finish(hil(project, small, "--target", "cpython", "--link", "slcan", "--candump", "/dev/full", "--max-robot-s", "1"))
     assert code == 3 and "/dev/full cannot be written: no space left" in err.splitlines()[-1]
 
 
-def test_a_bus_that_dies_is_named(project, small, tmp_path):
+@pytest.mark.parametrize("command, words", [("can_hub", "CAN"), ("firmware_py", "core"), ("sim_device", "virtual robot")])
+def test_who_dies_on_the_bus_is_named_and_nobody_is_left(project, small, command, words):
     process = hil(project, small, "--target", "cpython", "--link", "slcan", "--realtime")
     wait_until_driving(process)
     children = children_of(process.pid)
     assert len(children) == 3
-    os.kill(by_command(children, "can_hub"), signal.SIGKILL)
+    os.kill(by_command(children, command), signal.SIGKILL)
     code, _, err = finish(process, 30)
-    assert code == 3 and "CAN" in err.splitlines()[-1]
+    assert code == 3 and words in err.splitlines()[-1] and "Traceback" not in err
+    wait_until(lambda: not any(map(alive, children)))

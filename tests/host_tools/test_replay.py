@@ -66,7 +66,7 @@ def test_a_log_replays_to_the_same_answers_hash_and_map(target, written, replay,
     assert result["hash"] == result["log_hash"] == hashes(wander().status._asdict())
     assert (result["steps"], result["robot_s"], result["target"]) == (STEPS, STEPS / 50, target)
     assert result["telemetry_messages"] > 100 and result["telemetry_difference"] is None and result["damage"] is None
-    assert "equal: 660 answers" in out and result["hash"]["steps"] in out and not err
+    assert "equal: 660 answers" in out and result["hash"]["steps"] in out and "replay:" not in err  # a slow machine shows its progress
 
 
 def test_the_first_answer_that_differs_is_named_with_what_led_to_it(written, replay):
@@ -103,7 +103,10 @@ def test_a_damaged_log_is_replayed_up_to_the_damage(written, replay):
     log[at + 12] ^= 4  # a marker comes later, from which on all is sound again
     code, result, out, _ = replay(written(log))
     assert code == 0 and result["equal"] and result["steps"] == 400  # the 400th was asked, and its answer is damaged
-    assert result["damage"] == "it is damaged from byte %d on" % at and result["damage"] in out
+    before = sum(raw is not None for _, raw in wander().frames[:answer])
+    assert result["damage"] in out and result["damage"].startswith("it is damaged from byte %d on, behind record %d of %d; " % (
+        at, before, len(wander().frames)))
+    assert result["damage"].endswith(" of them lost; the step before it is 400")
     assert result["log_hash"] == {"steps": None, "map": None} and result["hash"]["steps"]
 
 
@@ -170,7 +173,7 @@ def test_whatever_happens_to_a_log_what_it_gives_is_how_it_was(tmp_path_factory,
 @pytest.mark.parametrize("data, word", [
     (b"", "ends within its head"), (b"hello", "no log of a TVSLAM link"), (wander().log()[:100], "ends within its head"),
     (LogWriter().head(), "holds no step"),
-    (LogWriter().head(messages=[["other"]]), "another STEP message"),
+    (LogWriter().head(messages=[["other"]]), "no schema in its head that can be read"),
 ])  # fmt: skip
 def test_a_file_that_cannot_be_replayed(data, word, written, replay):
     code, result, _, err = replay(written(data))
@@ -191,7 +194,7 @@ def test_a_parameter_is_known_by_its_name_whatever_its_number_was(written):
     swapped = LogWriter().head(parameters=[told[1], told[0], *told[2:]])
     assert Recording(written(swapped + data[end + len(LogWriter().marker()):])).parameters == [(1, 0, 1)]
     with pytest.raises(LogUnusable, match="sets the parameter wheels"):
-        Recording(written(LogWriter().head(parameters=[["wheels"]]) + data[end + len(LogWriter().marker()):]))
+        Recording(written(LogWriter().head(parameters=[["wheels", "", 1]]) + data[end + len(LogWriter().marker()):]))
 
 
 def test_the_pace_of_a_free_run_is_not_replayed(written):

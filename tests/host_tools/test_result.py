@@ -39,7 +39,7 @@ KEYS = {
     "link_stats": {"frames", "bytes", "dropped_by_cause", "retransmits"},
     "free_run": {"core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm", "residual_ms",
                  "clock_jumps", "round_trip_ms", "margin_ms"},
-    "can": {"frames", "bus_load", "lost", "refused", "dropped"},
+    "can": {"frames", "bus_load", "bus_load_max", "lost", "refused", "dropped"},
     "cleaning": {"coverage", "overlap", "robot_s"},
     "update": {"robot_s", "full_robot_s", "regions_rebuilt"},
     "hash": {"steps", "map"},

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from protocol import schema, schema_hash
+from protocol import dbc, schema, schema_hash
 from protocol.can_cutter import CanCutter
 from protocol.can_joiner import FRAME_MAX, CanJoiner
 from protocol.frame_reader import COUNTERS, FRAMES_IN, FrameReader
@@ -99,7 +99,7 @@ def test_a_can_frame_that_goes_wrong_costs_its_own_frame_and_makes_no_wrong_one(
         assert all(raw in raws for raw in found)
         came += len(found)
         hit += middle != groups[1]
-    assert hit > 30 and came >= 2 * 1500
+    assert hit > 10 and came >= 2 * 1500     # swapped: of CAN FD few frames have two
     if what == "lost" and not fd:
         # The last CAN frame of LINK is SCHEMA's, which no frame needs; else what lost one is gone.
         assert came < 2.1 * 1500
@@ -125,10 +125,40 @@ def test_two_hundred_thousand_random_can_frames_make_no_frame_of_ours():
 
 
 @WAYS
-def test_behind_the_link_counts_goes_the_schema_that_the_core_speaks(fd):
+def test_behind_every_second_frame_of_link_counts_goes_the_schema_that_the_core_speaks(fd):
     body = bytes(next(sum(FIELD_BYTES[kind] for _, kind, _ in row[4]) for row in schema.MESSAGES if row[1] == "LINK"))
-    frames = cut(wire(raw_frame(BY_NAME["LINK"].ID, body, schema.VERSION | 4)), UP, fd)
-    assert frames[-1] == (0x67E, schema_hash.schema_hash().to_bytes(4, "little") + bytes((schema.VERSION,)))
+    said = (0x67E, schema_hash.schema_hash().to_bytes(4, "little") + bytes((schema.VERSION,)))
+    cutter = CanCutter(UP, fd)
+    ends = [cut(wire(raw_frame(BY_NAME["LINK"].ID, body, schema.VERSION | 4)), UP, fd, cutter)[-1] for _ in range(6)]
+    assert [end == said for end in ends] == [True, False] * 3
+
+
+OTHER = (
+    (0x21, "STORE", 1, 0, (("index", "u8", ""), ("name", "c12", ""))),                             # ours has more behind
+    (0x24, "LINK", 1, 0, tuple(("count_%d" % i, "u32", "") for i in range(7))),
+    (0x2E, "NEW", 1, 0, (("a", "i32", ""), ("b", "u8", ""), ("c", "u32", ""))),                    # ours has no such message
+)
+
+
+@WAYS
+def test_the_telemetry_of_another_schema_is_joined_by_its_own_tables(fd):
+    joiner = CanJoiner(bytearray(FRAME_MAX), UP)
+    joiner.speaks(*dbc.tables(OTHER))
+    rng = seeded(8)
+    frames, expected = [], []
+    for message_id, _, fields in dbc.telemetry(OTHER) * 5:
+        body = rng.randbytes(sum(dbc.SIZES[kind] for _, kind, _ in fields))
+        raw = raw_frame(message_id, body, schema.VERSION | 4)
+        head = raw[:4] + raw[-4:]
+        if fd:
+            frames.append((0x470 | message_id & 15, (head + body).ljust(next(n for n in SIZES if n >= 8 + len(body)), b"\0")))
+        else:
+            frames += [(0x660 | channel, body[start:start + sum(dbc.SIZES[field[1]] for field in held)])
+                       for channel, (of, _, _, start, held) in enumerate(dbc.parts(OTHER)) if of == message_id]
+            frames.append((0x67F, head))
+        expected.append(wire(raw))
+    assert joined(frames, UP, joiner) == expected
+    assert joined(frames, UP) != expected
 
 
 @WAYS

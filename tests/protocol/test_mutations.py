@@ -26,7 +26,7 @@ MUTANTS = {
     "SEQ: any is the next": (LINK, "if behind == 255:", "if behind >= 128:", RELIABLE),
     "SEQ: twice is new": (LINK, "if behind == 255:", "if behind == 255 or behind == 0:", RELIABLE),
     "NAK: at every frame": (LINK, "elif not self._gap:", "else:", RELIABLE),
-    "cache: not retained": (LINK, "if behind < kept:", "if False:", RELIABLE),
+    "cache: not retained": (LINK, "if behind >= kept:", "if True:", RELIABLE),
     "cache: the other one": (LINK, "place = reader.seq & 1", "place = reader.seq + 1 & 1", RELIABLE),
     "cache: a step runs twice": ("firmware_py/device.py", "if self.begun and step == self.step_number:", "if False:", DEVICE),
     "epoch: nobody looks": (LINK, "elif epoch == 0 or epoch != self.epoch:", "elif epoch == 0:", HANDSHAKE),

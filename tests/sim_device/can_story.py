@@ -30,13 +30,13 @@ def running_hub(folder, *names, candump=None):
         assert not alive, "the hub hangs"
 
 
-def mission(folder, link, hub_of, robot_s):
+def mission(folder, link, hub_of, robot_s, *argv):
     """A core and the virtual robot over a hub, to which hub_of(hub, the robot's process) does what it likes: the mission's STEP_RSPs."""
     folder.mkdir()
     with running_hub(folder, "robot", "core") as (hub, (robot, core)):
         log = folder / "log"
         robot_argv = [sys.executable, "-m", "sim_device", "studio", "--link", "%s:%s" % (link, robot), "--log", str(log),
-                      "--max-robot-s", str(robot_s)]
+                      "--max-robot-s", str(robot_s), *argv]
         core_argv = [sys.executable, "-m", "firmware_py", "%s:%s" % (link, core)]
         with subprocess.Popen(core_argv, cwd=PROJECT, stdout=subprocess.DEVNULL) as child:
             try:

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
+from protocol.can_joiner import FRAME_MAX, CanJoiner
 from sim_device.links.can_bus import BUS_OFF_S, CanBus
 from sim_device.links.can_frame import bus_s, parse
 
@@ -108,9 +109,51 @@ def test_alone_on_the_bus_nobody_acknowledges(bus):
 
 
 def test_a_lost_frame_has_kept_the_bus_and_reaches_nobody(bus):
-    bus.loss = 1.0
+    bus.faults.loss = 1.0
     bus.offer(bus.controllers[0], frame("t1008" + "00" * 8), 0)
     assert bus.transmit(0)[2] == [] and bus.lost == 1 and bus.busy_s > 0
+
+
+def test_a_controller_told_to_be_full_is_so_for_that_long_and_bus_off_spares_who_asks(bus):
+    a, b, c = bus.controllers
+    assert bus.worsen(a, "jam", 0.1, 5.0) and [one.full_until_s for one in bus.controllers] == [5.1] * 3
+    assert not bus.offer(b, frame("t1000"), 5.05) and bus.offer(b, frame("t1000"), 5.1)
+    assert bus.worsen(a, "busoff", 0.0, 6.0)
+    assert [one.off_until_s for one in bus.controllers] == [0.0, 6.0 + BUS_OFF_S, 6.0 + BUS_OFF_S] and not b.queue
+    assert not bus.worsen(a, "loss", 1.5, 0) and not bus.worsen(a, "busy", 1.0, 0) and not bus.worsen(a, "heat", 0.1, 0)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.9])
+def test_others_take_their_share_of_the_bus_with_ids_that_are_not_ours(bus, share):
+    a, b, c = bus.controllers
+    bus.worsen(a, "busy", share, 0)
+    ours_s, others = 0.0, []
+    for _ in range(300):
+        bus.offer(a, frame("t2418" + "00" * 8), 0)
+        while (passed := bus.transmit(0)) is not None:
+            if passed[1] is a:
+                ours_s += passed[0].bus_s
+            else:
+                assert passed[1] is None and passed[2] == [a, b, c]
+                others.append(passed[0])
+    assert (bus.busy_s - ours_s) / bus.busy_s == pytest.approx(share, abs=0.02)
+    joiner = CanJoiner(bytearray(FRAME_MAX), 0)
+    short = [int(one.line[1:4], 16) for one in others if one.line[:1] == b"t"]
+    assert 0 < len(short) < len(others) and all(can_id >> 6 & 7 != 1 for can_id in short)
+    assert not any(joiner.join(can_id, bytes(8), 8) for can_id in short) and joiner.broken == 0
+
+
+def test_the_same_seed_brings_the_same_faults_about():
+    def lost(seed):
+        bus = CanBus()
+        a, b = bus.attach("a"), bus.attach("b")
+        a.open = b.open = True
+        bus.worsen(a, "seed", seed, 0)
+        bus.worsen(a, "loss", 0.3, 0)
+        bus.worsen(a, "full", 0.3, 0)
+        return [(bus.offer(a, frame("t1000"), 0), bool((bus.transmit(0) or ((), (), ()))[2])) for _ in range(200)]
+    assert lost(1) == lost(1) != lost(2)
+    assert 20 < sum(not taken for taken, _ in lost(1)) < 100 and 10 < sum(taken and not heard for taken, heard in lost(1)) < 100
 
 
 def test_a_frame_keeps_the_bus_for_its_bits():

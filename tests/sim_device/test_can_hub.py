@@ -12,6 +12,7 @@ import time
 import can
 import pytest
 
+from sim_device.faults import parse
 from sim_device.links.slcan_adapter import LINE_MAX
 from tests.sim_device.can_story import mission, running_hub
 from tests.sim_device.lockstep import PROJECT
@@ -116,7 +117,7 @@ def test_by_hand_it_tells_what_it_counted_and_what_is_wrong(tmp_path):
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=20)
     assert process.returncode == 0 and json.loads(out) == {
-        "event": "bus", "frames": 0, "busy_s": 0.0, "lost": 0, "refused": 0, "dropped": 0}
+        "event": "bus", "frames": 0, "busy_s": 0.0, "lost": 0, "refused": 0, "step_s_max": 0.0, "dropped": 0}
     assert not (tmp_path / "a").exists()
     (tmp_path / "taken").write_text("mine")
     done = subprocess.run([*argv, str(tmp_path / "taken")], cwd=PROJECT, capture_output=True, text=True, timeout=20)
@@ -129,7 +130,7 @@ def quiet(hub, sim):
 
 
 def lossy(hub, sim):
-    hub.bus.loss = 0.02
+    hub.bus.faults.loss = 0.02
     sim.wait(60)
     assert hub.bus.lost > 5
 
@@ -145,9 +146,26 @@ def troubled(hub, sim):
     assert robot.refused + core.refused > 0
 
 
+def by_faults(hub, sim):
+    """What the text of --faults brings about."""
+    robot, core = hub.bus.controllers
+    done, worsen = [], hub.bus.worsen
+    hub.bus.worsen = lambda by, what, value, now_s: done.append((what, value)) or worsen(by, what, value, now_s)
+    sim.wait(60)
+    assert done == [("seed", 1.0), ("loss", 0.01), ("full", 0.02), ("busy", 0.4), ("busoff", 0.0), ("busoff", 0.06), ("busoff", 0.0),
+                    ("jam", 0.06)]
+    assert core.off_until_s > robot.off_until_s == 0.0 and hub.bus.lost > 0 and robot.refused and core.refused
+
+
+FAULTS = "loss=0.01, full=0.02, busy=0.4, drop@up=50, busoff@step=40, busoff@step=80:60ms, busoff@step=110, full@step=140:60ms"
+
+
 @pytest.mark.parametrize("link", ["slcan", "slcan-fd"])
-@pytest.mark.parametrize("trouble", [lossy, troubled])
-def test_a_mission_over_a_bad_bus_is_the_same_mission(tmp_path, link, trouble):
-    good = mission(tmp_path / "good", link, quiet, robot_s=4)
-    bad = mission(tmp_path / "bad", link, trouble, robot_s=4)
+@pytest.mark.parametrize("trouble, argv", [(lossy, ()), (troubled, ()), (by_faults, ("--faults", FAULTS))])
+def test_a_mission_over_a_bad_bus_is_the_same_mission(tmp_path, link, trouble, argv):
+    good = mission(tmp_path / "good", link, quiet, 4)
+    kept = tmp_path / "kept"
+    bad = mission(tmp_path / "bad", link, trouble, 4, *argv, *(("--keep-faults", str(kept)) if argv else ()))
     assert len(set(good)) == 200 and list(dict.fromkeys(bad)) == list(dict.fromkeys(good))
+    if argv:
+        assert parse(kept.read_text()) == parse(FAULTS), "what was kept brings the same about again"

@@ -13,6 +13,7 @@ FULL = """drop=0.1,flip=0.01,dup=0.05   # of each frame
 reorder=0.05, delay=20ms:0.5, drop@down=12, flip@up=40:97
 cut@step=500:2s, reset@step=900, delay@up=7:1.5ms
 uwb=off@step=300:200, infrared=stuck, encoder=slow@step=7
+loss=0.01, full=0.02, busy=0.5, busoff@down=9, busoff@step=500:50ms, full@step=900:100ms
 """
 
 
@@ -22,10 +23,13 @@ def test_every_item_is_read(tmp_path):
         plan = parse(text)
         assert plan.chances == {"drop": 0.1, "flip": 0.01, "dup": 0.05, "reorder": 0.05, "delay": 0.5} and plan.delay_s == 0.02
         assert plan.frames == {("down", 12): [("drop", None)], ("up", 40): [("flip", 97)], ("up", 7): [("delay", 0.0015)]}
-        assert plan.events == {("step", 500): [("cut", 2.0)], ("step", 900): [("reset", None)]}
+        assert plan.events == {("step", 500): [("cut", 2.0), ("busoff", 0.05)], ("step", 900): [("reset", None), ("full", 0.1)],
+                               ("down", 9): [("busoff", None)]}
+        assert plan.bus == {"loss": 0.01, "full": 0.02, "busy": 0.5} and plan.of_the_bus
         assert plan.sensors == [SensorFault("uwb", "off", 300, 500), SensorFault("infrared", "stuck"), SensorFault("encoder", "slow", 7)]
         assert plan.of_the_link
-    assert not parse("uwb=off").of_the_link and not parse("drop=0").of_the_link
+    assert not parse("uwb=off").of_the_link and not parse("drop=0").of_the_link and not parse("drop=0.1,cut@step=3:1s").of_the_bus
+    assert parse("busoff@step=3").of_the_bus and parse("loss=0.1").of_the_bus and not parse("loss=0.1").of_the_link
 
 
 @pytest.mark.parametrize("text, words", [
@@ -35,6 +39,8 @@ def test_every_item_is_read(tmp_path):
     ("flip@up=3:9999", "9999 is no whole number from 0 to 863"), ("drop@up=3:4", "leave out :4"), ("reset@step=x", "x is no whole number"),
     ("reset@step=9999999999", "no whole number"), ("uwb=loud", "loud is no fault of a sensor; there are off, stuck"),
     ("uwb=off@step=", "nothing is no whole number"), ("uwb=off@step=3:x", "x is no whole number"), ("sonar=off", "is unknown"),
+    ("busy=1", "busy=1: 1 is no probability from 0 to 0.95"), ("loss=0.1,full@step=9", "full@step=9: nothing is no time"),
+    ("loss@step=9", "is unknown"), ("busoff=0.1", "is unknown"), ("busoff@step=9:soon", "soon is no time"),
     ("power@byte=123", "not built yet"), ("@/nowhere/f", "cannot be read"), ("@/", "cannot be read"),
 ])
 def test_what_means_nothing_is_said_in_one_sentence(text, words, capsys):
@@ -43,6 +49,13 @@ def test_what_means_nothing_is_said_in_one_sentence(text, words, capsys):
     assert cli.main(["studio", "--core", CORE, "--faults", text]) == cli.EXIT_BAD_INPUT
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and words in said[0]
+
+
+@pytest.mark.parametrize("text", ["loss=0.1", "full=0.1", "busy=0.1", "busoff@step=9", "full@down=9:10ms"])
+def test_a_fault_of_a_can_bus_needs_one(text, capsys):
+    assert cli.main(["studio", "--core", CORE, "--faults", text]) == cli.EXIT_BAD_INPUT
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and "faults of a CAN bus, and %s is none; use hil --link slcan" % CORE in said[0]
 
 
 @given(st.text(max_size=40))

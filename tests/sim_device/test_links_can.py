@@ -77,6 +77,17 @@ def test_an_adapter_that_goes_is_named(tmp_path):
     link.close()
 
 
+def test_an_adapter_that_is_none_of_ours_cannot_be_made_worse(tmp_path):
+    with running_hub(tmp_path, "a", "b") as (hub, (a, _)):
+        link = CanLink("slcan:" + a)
+        link.worsen([("seed", 4294967295), ("loss", 0.000001)])
+        assert hub.bus.faults.loss == 0.000001
+        hub.bus.worsen = lambda *_: False   # an adapter of metal says no
+        with pytest.raises(LinkError, match="brings no faults about, as only one of sim_device.can_hub does"):
+            link.worsen([("loss", 0.1)])
+        link.close()
+
+
 def test_what_is_no_bus_is_one_sentence(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("x")
     for name, words in (("slcan:%s/gone" % tmp_path, "no CAN adapter"), ("slcan:%s/file" % tmp_path, "no CAN adapter"),

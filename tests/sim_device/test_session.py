@@ -143,15 +143,47 @@ def test_an_interrupt_while_nobody_is_there(story):
     assert story.names_left() == []
 
 
-def test_a_full_disk_loses_nothing_that_was_written(story, tmp_path):
-    limit = 200_000
+def test_a_full_disk_ends_no_mission_and_loses_nothing_that_was_written(story, tmp_path):
+    limit = 100_000
     code, events, _ = story.run(
-        "--log", str(tmp_path / "log"), core=("--steps", 10**6),
+        "--log", str(tmp_path / "log"), "--log-rest", str(tmp_path / "rest"), core=("--steps", 3000),
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-    assert code == 3
-    assert "log cannot be written any further after %d bytes" % limit in events[-1]["sentence"]
+    end = events[-1]
+    assert (code, end["event"], end["finished"], end["steps"]) == (3, "end", True, 3000) and end["map_bytes"]
+    assert "log is incomplete: it could not be written any further after %d bytes: File too large" % limit in end["incomplete"]
     reader, records = read_log(tmp_path / "log")
-    assert reader.damaged == 0 and len(records) > 3000 and reader.left_over < 300
+    assert reader.damaged_at is None and len(records) > 1500 and reader.left_over < 300
+    assert "breaks off at byte" in reader.damage
+    (tmp_path / "whole").write_bytes((tmp_path / "log").read_bytes() + (tmp_path / "rest").read_bytes())
+    reader, more = read_log(tmp_path / "whole")
+    assert more[:len(records)] == records and len(more) > 1.8 * len(records) and reader.damaged_at is None
+
+
+def test_two_missions_do_not_write_one_log(story, tmp_path):
+    story.core("--steps", 10**6)
+    first = story.sim("--log", str(tmp_path / "log"))
+    story.events_until(first, "progress")
+    before = (tmp_path / "log").stat().st_size
+    code, events, _ = story.finish(story.sim("--core", "none:None", "--log", str(tmp_path / "log")))
+    assert code == 2 and "is being written by another mission: give another name" in events[-1]["sentence"]
+    assert (tmp_path / "log").stat().st_size >= before
+    first.send_signal(signal.SIGINT)
+    assert story.finish(first)[0] == 130
+    assert read_log(tmp_path / "log")[0].damage == ""
+
+
+def test_a_killed_robot_leaves_a_log_up_to_a_moment_before(story, tmp_path):
+    log = tmp_path / "log"
+    story.core("--steps", 10**6)
+    sim = story.sim("--realtime", "--log", str(log))
+    story.events_until(sim, "progress")
+    time.sleep(1.0)
+    sim.kill()
+    sim.wait()
+    reader, records = read_log(log)
+    assert reader.damaged_at is None
+    steps = [message.step for message in messages(records) if message.NAME == "STEP"]
+    assert steps[-1] > 45, "a second was driven: 50 steps, of which the last quarter of a second may be missing"
 
 
 def test_real_time_is_fifty_steps_a_second(story):
