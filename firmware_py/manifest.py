@@ -31,7 +31,7 @@ package("firmware_py", (
     "collection/ekf.py", "collection/infrared_curve.py", "collection/ir_state.py", "collection/landmarks.py",
     "collection/localization.py",
     "collection/manhattan.py", "collection/motion.py", "collection/odometry.py", "collection/search.py", "collection/rolling.py",
-    "collection/relocation.py",
+    "collection/relocation.py", "collection/sensor_watch.py",
     "collection/shadowing.py", "collection/two_fixes.py", "collection/turning_points.py",
     "collection/traveller.py", "collection/states.py", "collection/uwb.py",
     "storage/barrier_list.py", "storage/__init__.py", "storage/breadcrumbs.py", "storage/frame.py", "storage/hit_ring.py",

@@ -17,6 +17,7 @@ from .collection.localization import Localization
 from .collection.odometry import Odometry
 from .collection.relocation import Relocation, FOUND, SEEKING
 from .collection.search import Search
+from .collection.sensor_watch import SensorWatch
 from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST
 from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
@@ -31,14 +32,13 @@ from .storage.region_graph import RegionGraph
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
-# protocol/states.py
-_REASON_CLOSED = const(1)
+_REASON_CLOSED = const(1)    # protocol/states.py
 _REASON_NO_WALL = const(2)
 _REASON_STORE_FULL = const(3)
 _REASON_STUCK = const(4)
 _REASON_TOO_LONG = const(5)
 _REASON_LOST = const(6)
-# STATUS_RSP.degraded: which store ran full
+# STATUS_RSP.degraded: which store ran full; the bits from 16 on are sensor_watch.py's
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
 DEGRADED_TOPOLOGY = 4
@@ -110,6 +110,7 @@ class Tvslam:
         self.odometry = Odometry()
         self.uwb = Uwb()
         self.localization = Localization(self.odometry, self.uwb, self.frame)
+        self.watch = SensorWatch()
         self.infrared = Infrared(self.hits)
         self.landmarks = Landmarks(self.vectors, self.sight, self.infrared, self.frame)
         self.directions = IrState()
@@ -151,6 +152,7 @@ class Tvslam:
         self._margin = (p.of("body_radius") + _ROOM_MM) // 5
         self.outline.spread = flags & _SPREAD != 0
         self._threshold_mm = p.of("ir_threshold")
+        self.watch.begin(p.of("uwb_source") > 0 and p.of("anchor_count") > 0, self.odometry, self.localization)
 
     def step(self, values):
         o = self.odometry
@@ -159,6 +161,7 @@ class Tvslam:
         o.update(values[1], values[2])
         x_mm = o.x_um // 1000
         y_mm = o.y_um // 1000
+        self.degraded |= self.watch.look(values, self.tick, o, self.localization, self.left_mm_s, self.right_mm_s)
         self.infrared.update(values, _IR, x_mm, y_mm, o.heading_bam, self.tick)
         self.directions.update(self.infrared.ranges_mm, self._threshold_mm)
         if e.state == LOST:
@@ -177,9 +180,8 @@ class Tvslam:
             self._look_inside(values[_SONAR])
         if e.mapping:
             self._map(x_mm, y_mm)
-        if e.state == BUILD:
-            if self._build():
-                e.end(DONE)
+        if e.state == BUILD and self._build():
+            e.end(DONE)
         elif e.state == FAILED and not self.reason:
             self._end(_REASON_STUCK, e.inside)  # what is known of the home is built all the same
         elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:

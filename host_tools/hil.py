@@ -94,6 +94,8 @@ def _evaluate(args, home, log, truth_path, outcome):
     notes += filter(None, [scoring.can_bus(result, outcome.can)])
     if outcome.exit_code == 3 or outcome.interrupted:
         result["finished"], result["reason"] = False, outcome.sentence
+    elif outcome.incomplete:
+        result["finished"], result["reason"] = outcome.end["finished"], outcome.end["reason"]
     elif not result["finished"] and result["reason"] in ("", "running"):
         result["reason"] = outcome.sentence or outcome.end.get("reason") or "ended before the mission did"
     return result, mission, vector_map, notes

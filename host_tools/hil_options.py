@@ -122,6 +122,9 @@ def _check_can(args):
     if args.target.startswith("port:") and args.link in SLCAN:  # an adapter, with the core on its bus
         if args.candump:
             raise UsageError("--candump is for the bus of `hil` itself; on an adapter's bus use candump, or --log.")
+        if not os.path.exists(args.target[len("port:"):]):
+            raise UsageError("--target %s: there is no such port, and so no CAN adapter on it; give the serial port of one that speaks "
+                             "SLCAN." % args.target)
         return
     if args.target.startswith("port:"):
         raise UsageError("--link %s does not go with --target %s; use --link slcan where that is a CAN adapter, --link pty where it is "

@@ -185,7 +185,7 @@ class _Watch:
         while self.robot.poll() is None and time.monotonic() < limit and not self.waiting:
             self._one_event(0.1)
         self.drain()
-        if self.robot.poll() in (0, 1, 2) or self.blames != "core":
+        if self.robot.poll() in (0, 1, 2) or self.blames != "core" or self.end.get("event") == "end":
             return self._robot_ended()
         self.robot.stop(1.0)
         self.drain()

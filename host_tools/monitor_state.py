@@ -61,6 +61,12 @@ class MonitorState:
         return self.state_names[number] if number < len(self.state_names) else "state %d" % number
 
     @property
+    def degraded(self):
+        """What made the mission's result the poorer, by name, once the core has been asked for its status."""
+        bits = self.status.degraded if self.status is not None else 0
+        return [states.DEGRADED[bit] if bit < len(states.DEGRADED) else "bit %d" % bit for bit in range(16) if bits >> bit & 1]
+
+    @property
     def ended(self):
         return self.state in ENDED
 

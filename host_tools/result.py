@@ -236,9 +236,12 @@ def can_bus(result, counted):
     if counted and robot_s:
         figures["bus_load"] = round(counted["busy_s"] / robot_s, 4)
         figures["bus_load_max"] = round(counted["step_s_max"] / STEP_S, 4)
-        if max(figures["bus_load"], figures["bus_load_max"]) > 1:
-            return "A CAN bus of 500 kbit/s could not keep the pace of 50 steps a second: the busiest step would take %.0f ms of 20." % (
-                1000 * counted["step_s_max"])
+    if (figures["bus_load"] or 0) > 1:
+        return "A CAN bus of 500 kbit/s cannot carry that at 50 steps a second: it would be busy for %.0f %% of the time." % (
+            100 * figures["bus_load"])
+    if (figures["bus_load_max"] or 0) > 1:
+        return "At 50 steps a second the busiest step would be late: it keeps a CAN bus of 500 kbit/s for %.0f ms of 20." % (
+            1000 * counted["step_s_max"])
     return ""
 
 

@@ -42,7 +42,11 @@ class CanJoiner:
         self._collected = 0
         self._message = 0       # of the telemetry being collected; 0: none
         self._channel = 0       # of its next part
-        self.speaks(CAN_MESSAGES, CAN_OFFSETS, CAN_SIZES, CAN_FIRST, CAN_BODIES)
+        self._messages = CAN_MESSAGES
+        self._offsets = CAN_OFFSETS
+        self._sizes = CAN_SIZES
+        self._first = CAN_FIRST
+        self._bodies = CAN_BODIES
 
     def speaks(self, messages, offsets, sizes, first, bodies):
         self._messages = messages

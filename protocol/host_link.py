@@ -25,6 +25,7 @@ RELIABLE = 8            # in CTL
 
 _BYTES = tuple(bytes((n,)) for n in range(256))
 _HANDSHAKE = {number: kind for number, kind in BY_ID.items() if number <= HANDSHAKE_MAX}
+_HELLO_ID = BY_NAME["HELLO"].ID
 _STEP = BY_NAME["STEP"]
 _STEP_HEAD = _STEP._HEAD.pack
 _STEP_ITEM = _STEP._ITEM.pack
@@ -44,7 +45,7 @@ class HostLink:
     #
     # `ack` is what the frames say of the answers that came; who repeats questions keeps it (Window.ack).
     #
-    # A tap listens: HostLink(listen=BOTH, any_epoch=True). `sink(direction, raw)`, if given, sees every
+    # A tap listens: HostLink(listen=BOTH, any_epoch=True), and meets each core by itself. `sink(direction, raw)`, if given, sees every
     # sound frame of both directions as decoded bytes, headers and CRC included: what a log keeps.
     #
     # meet(hello) looks at the schema that this core speaks. One that is not known is to be pulled (schema_pull.py) and adopted; until
@@ -190,6 +191,9 @@ class HostLink:
         if kind is None or kind.DIRECTION != reader.ctl >> 2 & 1:
             return reader.count(BAD_ID) if self._kinds is not _HANDSHAKE else None
         try:
-            return kind.unpack(bytes(reader.body[body_start:body_end]))
+            message = kind.unpack(bytes(reader.body[body_start:body_end]))
         except MessageError:
             return reader.count(BAD_VALUE)
+        if message_id == _HELLO_ID and self._any_epoch:
+            self.meet(message)      # a tap: what comes next is said by this core
+        return message

@@ -30,8 +30,8 @@ def name_of(number):
     return NAMES[number] if 0 <= number < len(NAMES) else "state %d" % number
 
 
-# STATUS_RSP.degraded, bit by bit: the store that ran full
-DEGRADED = ("vectors", "chains", "topology", "search")
+# STATUS_RSP.degraded, bit by bit: the store that ran full, the sensor that cannot be believed
+DEGRADED = ("vectors", "chains", "topology", "search", "encoder", "infrared", "ultrasonic", "uwb")
 
 # STATUS_RSP.reason
 REASON_NONE = 0

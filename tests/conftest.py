@@ -17,6 +17,28 @@ settings.register_profile("soak", max_examples=6000, **_COMMON)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "test"))
 
 
+_COUNTED = pytest.StashKey()
+
+
+@pytest.fixture
+def record_count(request):
+    """record_count(campaign, amount, bad): what a campaign did and how much of it went wrong, for the table at the end."""
+    def record(campaign, amount, bad):
+        counted = request.config.stash.setdefault(_COUNTED, {}).setdefault(campaign, [0, 0])
+        counted[0] += amount
+        counted[1] += bad
+    return record
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """What the campaigns counted, in brackets what would have been bad."""
+    counted = config.stash.get(_COUNTED, {})
+    if counted:
+        terminalreporter.section("campaigns")
+        for campaign, (amount, bad) in counted.items():
+            terminalreporter.write_line("%-66s %15s   bad: %d" % (campaign, "{:,}".format(amount), bad), red=bool(bad))
+
+
 @pytest.fixture(scope="session")
 def project():
     return PROJECT

@@ -57,6 +57,11 @@ class Odometry:
         self._drift_q13 = self._um_q12 // 1000 * drift // 4000
         self._bam_q13 = self._told_q13 + self._told_q13 // 64 * track // 1024
 
+    def way_um(self, pulses):
+        # Of one wheel in one tick; what cannot be is nothing, as for update().
+        most = self._pulses_max
+        return pulses * self._um_q12 >> 12 if -most <= pulses <= most else 0
+
     def update(self, left, right):
         most = self._pulses_max
         if left > most or left < -most or right > most or right < -most:

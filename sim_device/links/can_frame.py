@@ -11,7 +11,8 @@ LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)  # by DLC
 # letter: extended id, CAN FD, switches the rate, remote
 KINDS = {b"t": (0, 0, 0, 0), b"T": (1, 0, 0, 0), b"r": (0, 0, 0, 1), b"R": (1, 0, 0, 1),
          b"d": (0, 1, 0, 0), b"D": (1, 1, 0, 0), b"b": (0, 1, 1, 0), b"B": (1, 1, 1, 0)}
-_LINE = re.compile(rb"(?:([trdb])([0-7][0-9A-F]{2})|([TRDB])([01][0-9A-F]{7}))([0-9A-F])((?:[0-9A-F]{2})*)", re.IGNORECASE)
+_HEX = rb"[0-9A-Fa-f]"     # of a letter the case tells how long the id is, of a digit it does not matter
+_LINE = re.compile(rb"(?:([trdb])([0-7]%(x)b{2})|([TRDB])([01]%(x)b{7}))(%(x)b)((?:%(x)b{2})*)" % {b"x": _HEX})
 
 
 # `line` is the text without its end; `rank`: the lowest wins the bus; `bus_s`: for how long it keeps it.

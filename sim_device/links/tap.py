@@ -8,7 +8,7 @@ from protocol.dialect import OURS
 from protocol.frame_reader import COUNTERS, DOWN, FrameReader
 from protocol.host_link import HostLink
 from protocol.messages import BY_NAME
-from protocol.schema_pull import SECTION, piece
+from protocol.schema_pull import PIECE_BYTES, SECTION, piece
 from sim_device.links.pty import Pty
 
 FLUSH_S = 0.02
@@ -108,6 +108,7 @@ class Taps:
                 answer = self._answer(request)
                 if answer is not None:
                     tap.write([answer])
+                    tap.is_new = tap.is_new or self._is_last(request)
 
     def _answer(self, request):
         """The frame that answers IDENTIFY with these three bytes, None if nobody has said it."""
@@ -116,6 +117,11 @@ class Taps:
             return self._link.encode(piece(self._dialect.data, int.from_bytes(request[1:], "little"))) if known else None
         raw = self._identity.get(request, self._hello)
         return None if raw is None else wire(raw)
+
+    def _is_last(self, request):
+        """Whoever has the last piece of the schema understands only now what was said at first: it is told that again."""
+        offset = int.from_bytes(request[1:], "little")
+        return request[:1] == bytes((SECTION,)) and offset < len(self._dialect.data) <= offset + PIECE_BYTES
 
     def _introduction(self):
         return ([] if self._hello is None else [self._hello]) + list(self._newest.values())

@@ -11,7 +11,9 @@ import pytest
 
 from protocol import frame_reader as fr
 from protocol.frame_reader import COUNTERS, DOWN, FrameReader
-from tests.protocol.messages import seeded, some_frame, wire
+from protocol.host_link import HostLink
+from protocol.link import Link
+from tests.protocol.messages import CHUNK, random_chunks, seeded, some_frame, wire
 
 BATCH = 2000
 KINDS = ("one bit", "some bits", "burst", "lost bytes", "more bytes", "splice", "zeroed", "swapped", "aimed")
@@ -79,36 +81,63 @@ def campaign(frames, seed):
 
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("frames", [1_000_000, pytest.param(10_000_000, marks=pytest.mark.soak)])
-def test_no_hit_frame_is_accepted_as_another(frames):
+def test_no_hit_frame_is_accepted_as_another(frames, record_count):
     start_s = time.monotonic()
     counts, causes = campaign(frames, 5)
     by_cause = {cause: causes[cause] for cause in (fr.BAD_COBS, fr.BAD_CRC, fr.BAD_LENGTH, fr.OVERRUN)}
     print(counts, by_cause, round(time.monotonic() - start_s, 1), "s")
+    record_count("hit frames (accepted wrong, or an intact one lost)", counts["hit"], counts["accepted wrong"] + counts["intact ones lost"])
     assert counts["accepted wrong"] == 0 and counts["intact ones lost"] == 0
     assert counts["hit"] >= frames and counts["unharmed"] < 0.2 * frames
     assert all(causes[cause] == 65535 for cause in (fr.BAD_COBS, fr.BAD_CRC))
 
 
-@pytest.mark.timeout(600)
+def feed_reader(reader):
+    def feed(chunk):
+        at = 0
+        while at < len(chunk):
+            at = reader.feed_from(chunk, at, len(chunk))
+            assert not reader.ready
+    return feed, reader.counters
+
+
+def feed_core(link):
+    def feed(chunk):
+        at = 0
+        while at < len(chunk):
+            at = link.feed(chunk, at, len(chunk))
+            assert not link.message_id and not link.tx_len
+    return feed, link.counters
+
+
+def feed_host(link):
+    def feed(chunk):
+        assert link.feed(chunk) == []
+    return feed, link.counters
+
+
+SIDES = {
+    "reader": lambda: feed_reader(FrameReader(DOWN, array("i", bytes(4 * COUNTERS)))),
+    "core": lambda: feed_core(Link(1)), "host": lambda: feed_host(HostLink())}
+
+
+# The core inside the MicroPython VM, with its heap locked, is in test_micropython.py.
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("megabytes", [10, pytest.param(1000, marks=pytest.mark.soak)])
-def test_random_bytes_are_no_frames_and_take_no_memory(megabytes):
-    # The core's share, with its heap locked, is in test_micropython.py: 1 MB, in soak 100.
-    draw = np.random.default_rng(6)
-    reader = FrameReader(DOWN, array("i", bytes(4 * COUNTERS)))
-    chunk = 1 << 16
-    largest = 0
+def test_random_bytes_are_no_frames_and_take_no_memory(side, megabytes, record_count):
+    feed, counters = SIDES[side]()
+    largest = taken = 0
     tracemalloc.start()
     try:
-        for number in range(megabytes * 1_000_000 // chunk):
-            small = number % 3 == 1  # small numbers: more delimiters, and COBS that holds
-            buf = bytearray(draw.integers(0, 32 if small else 256, chunk, np.uint8).tobytes())
-            before, at = tracemalloc.get_traced_memory()[0], 0
-            while at < chunk:
-                at = reader.feed_from(buf, at, chunk)
-                assert not reader.ready
+        for number, chunk in enumerate(random_chunks(6, -(-megabytes * 1_000_000 // CHUNK))):
+            before = tracemalloc.get_traced_memory()[0]
+            feed(chunk)
+            taken += len(chunk)
             if number > 10:
                 largest = max(largest, tracemalloc.get_traced_memory()[0] - before)
     finally:
         tracemalloc.stop()
-    assert reader.counters[fr.FRAMES_IN] == 0 and reader.counters[fr.BAD_COBS] == 65535
+    record_count("random bytes, %s (taken for a frame)" % side, taken, counters[fr.FRAMES_IN])
+    assert counters[fr.FRAMES_IN] == 0 and counters[fr.BAD_COBS] == 65535
     assert largest < 2000, "bytes that stayed"

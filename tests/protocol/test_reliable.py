@@ -10,7 +10,7 @@ from protocol.host_link import RELIABLE
 from protocol.host_window import SIZE, Window
 from protocol.link import Link
 from protocol.messages import BY_NAME
-from protocol.round_trip import AMBIGUOUS_MAX, BACKOFF_MAX_US, PATIENCE_US, RTO_FIRST_US, RTO_MAX_US, RTO_MIN_US, RoundTrip
+from protocol.round_trip import BACKOFF_MAX_US, PATIENCE_MAX_US, PATIENCE_US, RTO_FIRST_US, RTO_MAX_US, RTO_MIN_US, RoundTrip
 from tests.protocol.messages import raw_frame, wire
 from tests.protocol.test_link import BOOT_ID, hello, joined, receive, send, sent
 
@@ -226,29 +226,21 @@ def test_the_wait_follows_the_line():
 def test_an_answer_to_a_repeated_question_says_nothing():
     trip = trip_of(300)
     for _ in range(50):
-        trip.add(300, 0)
-        for _ in range(AMBIGUOUS_MAX):
-            trip.add(70_000, 1)
-        assert trip.timeout_us() == RTO_MIN_US
+        trip.add(70_000, 1)
+    assert trip.timeout_us() == RTO_MIN_US
 
 
-@pytest.mark.parametrize("way_us", [10_000, 70_000, 900_000])
+@pytest.mark.parametrize("way_us", [10_000, 70_000, 150_000])
 def test_a_line_that_has_become_slow_is_measured_again(way_us):
-    # Every question is sent twice until the wait is longer than the way.
+    # Every question is sent twice, and answered twice, until the wait is longer than the way.
     trip = trip_of(300)
-    for _ in range(60):
-        wait_us = trip.timeout_us()
-        trip.add(way_us, 0 if wait_us > way_us else 1)
-    assert way_us < trip.timeout_us() < 5 * way_us and trip._ambiguous == 0
-
-
-def test_losses_alone_do_not_make_the_wait_longer():
-    # Eight questions in a row may be lost by chance: what they waited for is no measure of the line.
-    trip = trip_of(300)
-    for k in range(1000):
-        wait_us = trip.timeout_us()
-        assert wait_us <= 16 * RTO_MIN_US
-        trip.add(300 + (wait_us if k % 12 else 0), k % 12 and 1)
+    for _ in range(100):
+        if trip.timeout_us() > way_us:
+            trip.add(way_us, 0)
+        else:
+            trip.add(way_us, 1)
+            trip.needless()
+    assert way_us < trip.timeout_us() < 2 * way_us and abs(trip.smooth_us - way_us) < way_us / 10
 
 
 # One that answers at once; `late` says for which steps the core sleeps for 15 ms, `lost` which answers are lost.
@@ -291,7 +283,7 @@ def test_needless_repeats_teach_patience():
         window.sent(question, b"", 0)
         question.tries = 1
         assert window.answered(question.seq, 1) and window.answered(question.seq, 1) is None
-    assert trip.patience_us == BACKOFF_MAX_US and window.duplicates == 200
+    assert trip.patience_us == PATIENCE_MAX_US and window.duplicates == 200
 
 
 def test_what_lay_behind_a_gap_is_repeated_too():

@@ -14,9 +14,11 @@ BACK_S = 1.0
 
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("missions, first_seed, steps", [(200, 1, 200), pytest.param(1000, 1001, 400, marks=pytest.mark.soak)])
-def test_a_bad_line_leaves_the_mission_bit_identical(missions, first_seed, steps):
+def test_a_bad_line_leaves_the_mission_bit_identical(missions, first_seed, steps, record_count):
     counts = campaign(missions, ["studio", "flat"], steps, first_seed)
     print(counts)
+    record_count("missions on a bad line (another map or hash)", missions, counts["different"])
+    record_count("    faults in them", counts["faults"], 0)
     assert counts["different"] == 0, counts
     assert counts["faults"] > 300 * missions and counts["repeats"] > 100 * missions
 
@@ -29,24 +31,26 @@ def frames_down():
 @pytest.mark.parametrize("way, length_s, every", [("down", 0.3, 1), ("up", 0.3, 1), ("down", 2.0, 7), ("up", 1.9, 7),
                                                   *(pytest.param(way, k / 10, 1, marks=pytest.mark.soak)
                                                     for way in ("down", "up") for k in range(1, 20, 2))])
-def test_the_cable_pulled_at_every_frame(way, length_s, every):
+def test_the_cable_pulled_at_every_frame(way, length_s, every, record_count):
     # From the first word to the map's last piece: parameters, steps, status, map.
-    states = 0
+    states, bad = 0, []
     for number in range(1, 2 * frames_down(), every):
         got = mission(faults="cut@%s=%d:%gs" % (way, number, length_s), steps=STEPS)
         if not got.done:
             break  # beyond the mission's last frame
         states += 1
-        assert got.same_as(calm(steps=STEPS)), number
-        assert got.link.clock() - calm(steps=STEPS).link.clock() <= length_s + BACK_S, number
-    print(states, "places")
+        late = got.link.clock() - calm(steps=STEPS).link.clock() > length_s + BACK_S
+        bad += [number] * (late or not got.same_as(calm(steps=STEPS)))
+    record_count("cable pulled (another map, or not back within 1 s)", states, len(bad))
+    assert not bad
     assert states * every >= frames_down() - every
 
 
 @pytest.mark.timeout(300)
-def test_the_core_reset_at_every_frame():
+def test_the_core_reset_at_every_frame(record_count):
     # While parameters are told and steps are taken it begins again; while the map is read it has nothing left to say.
     restarted = ended = 0
+    bad = []
     for number in range(1, 2 * frames_down()):
         try:
             got = mission(faults="reset@down=%d" % number, steps=STEPS)
@@ -58,8 +62,10 @@ def test_the_core_reset_at_every_frame():
             break
         restarted += got.session.restarts
         assert got.session.step == STEPS and got.session.status.step == STEPS and got.map_bytes
-        assert got.session.restarts or got.same_as(calm(steps=STEPS)), number  # before the first step nothing is lost
+        bad += [number] * (not got.session.restarts and not got.same_as(calm(steps=STEPS)))  # before the first step nothing is lost
         assert got.link.clock() <= BACK_S
+    record_count("core reset (something lost before the first step)", restarted + ended, len(bad))
+    assert not bad
     assert restarted >= STEPS - 1 and ended >= 2
 
 

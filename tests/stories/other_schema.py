@@ -11,9 +11,9 @@ PACKAGES = ("protocol", "firmware_py", "sim_device")
 SCHEMA, TELEMETRY = "protocol/schema.py", "firmware_py/telemetry.py"
 
 VERSIONS = {
-    # A field more at the end of POSE.
+    # A field more at the end of POSE, without which one can do.
     "longer": {
-        SCHEMA: [('("fixes", "u16", ""), ("bumps", "u16", ""))),', '("fixes", "u16", ""), ("bumps", "u16", ""), ("battery_mv", "u16", "mV"))),')],
+        SCHEMA: [('OPTIONAL = (', 'OPTIONAL = ("POSE.battery_mv",'), ('("fixes", "u16", ""), ("bumps", "u16", ""))),', '("fixes", "u16", ""), ("bumps", "u16", ""), ("battery_mv", "u16", "mV"))),')],
         TELEMETRY: [("        self._device.send(POSE)", "        out[14] = 7300\n        self._device.send(POSE)")]},
     # POSE with another field in its middle, and its first ones in another order; a telemetry message that nobody knows.
     "reordered": {
@@ -34,13 +34,14 @@ VERSIONS = {
                  ('("bumps", "u16", ""), ("path_mm", "u32", "mm"),', '("bumps", "u32", ""), ("path_mm", "u32", "mm"),'),
                  ('("left_mm_s", "i16", "mm/s")', '("left_mm_s", "i32", "mm/s")'),
                  ('("left", "i16", "pulse"), ("right", "i16", "pulse")', '("left", "i8", "pulse"), ("right", "i32", "pulse")')]},
-    # Messages under other ids, one that is no more, and the parameters in another order.
+    # Messages under other ids, and one that is no more.
     "moved": {
         SCHEMA: [('(0x10, "STEP"', '(0x14, "STEP"'), ('(0x11, "STEP_RSP"', '(0x15, "STEP_RSP"'), ('(0x22, "VECTOR"', '(0x27, "VECTOR"'),
                  ('(0x25, "MEMORY", UP, 0, (\n        ("heap_bytes", "u32", "B"), ("heap_used_bytes", "u32", "B"), ("heap_locked", "u8", ""),\n'
                   '        ("allocated_after_boot_bytes", "u32", "B"))),\n', "")],
-        TELEMETRY: [("LINK, MEMORY", "LINK"), ("self._device.send_memory(MEMORY)", "pass")],
-        "firmware_py/parameters.py": [], "protocol/parameters.py": []},
+        TELEMETRY: [("LINK, MEMORY", "LINK"), ("self._device.send_memory(MEMORY)", "pass")]},
+    # A parameter before all others: the core numbers them anew.
+    "renumbered": {"protocol/parameters.py": [('    ("dock_x",', '    ("battery", "mV", 1, 0, 20000, 7400),\n    ("dock_x",')]},
     # A field that has no place any more, without which nobody drives.
     "without": {SCHEMA: [('("left_mm_s", "i16", "mm/s")', '("left_um_s", "i16", "um/s")')]},
 }

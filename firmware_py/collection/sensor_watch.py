@@ -1,0 +1,157 @@
+# Which sensor cannot be believed: a map that one of them has spoilt must not look like a sound one.
+
+from ..fixed import isqrt
+
+# bits of STATUS_RSP.degraded, as in protocol/states.py
+ENCODER = 16
+INFRARED = 32
+ULTRASONIC = 64
+UWB = 128
+
+_LEFT = const(1)             # where things stand in the values of a STEP
+_IR = const(3)
+_SONAR = const(11)
+_UWB = const(13)
+_WINDOW = const(255)         # ticks, less one: 5 s
+_MOVED_MM = const(300)       # in that time: who stands may well see the same
+_UM_TICK = const(20)         # 1 mm/s makes so many micrometres a tick
+_WHEEL_UM = const(60000)     # wheels may be so far behind their orders, and by 7/32 of the way
+_STRIKES = const(2)          # windows in a row
+_CHORDS_MM = const(20000)    # where fixes make this way 1/16 longer or shorter, the wheels measure wrongly
+_JUMP = const(200)           # of a beam from tick to tick, counts: a wall does that only where it ends
+_WILD_MAX = const(60)
+_ECHO_JUMP_MM = const(500)
+_ECHO_SAME = const(33)       # echoes, 2 s
+_ECHO_MAX_MM = const(2500)   # farther off a part may have its end
+_NO_ECHO_TICKS = const(250)
+_UNHEARD_TICKS = const(500)
+
+
+class SensorWatch:
+    # look(values, ...) sees each STEP before it is acted on. `bits`: what has failed; they stay, as what was mapped stays.
+    #   encoder      both wheels against their orders over 5 s; their way against that of the estimate over 20 m
+    #   infrared     a beam that says the very same while the robot moves; beams that jump from tick to tick
+    #   ultrasonic   silent for 5 s; the very same echo while the robot moves; echoes that jump
+    #   uwb          transmitters are known, and none is heard for 10 s
+    # What misleads UWB is noticed elsewhere (uwb.py: strife), and what is slow, late or a little off errs within bounds.
+
+    def __init__(self):
+        self.bits = 0
+        self._uwb = False
+        self._unheard = 0
+        self._left_um = 0       # the wheels' way less that of their orders
+        self._right_um = 0
+        self._ordered_um = 0
+        self._strikes = 0
+        self._path_mm = 0       # where the window began
+        self._beam = 0          # count of the beam whose turn it is, a tick ago
+        self._beams = 0         # those that have said something new, a bit each
+        self._wild = 0
+        self._echo = 0
+        self._same = 0
+        self._echo_mm = 0       # path at the first of the same
+        self._echo_wild = 0
+        self._silent = 0
+        self._x_mm = 0          # where the window began: by the wheels, by the estimate
+        self._y_mm = 0
+        self._here_x = 0
+        self._here_y = 0
+        self._wheels_mm = 0     # sums of the windows' chords
+        self._chords_mm = 0
+
+    def begin(self, transmitters, odometry, here):
+        self._uwb = transmitters
+        self._open(odometry, here)
+
+    def look(self, values, tick, odometry, here, left_mm_s, right_mm_s):
+        # -> bits. The speeds: what was ordered a tick ago. `here`: the estimate (localization.py).
+        self._look_beam(values, tick & 7)
+        if values[_SONAR]:
+            self._hear_echo(values[_SONAR], odometry.path_mm)
+        else:
+            self._silent += 1
+            if self._silent > _NO_ECHO_TICKS:
+                self.bits |= ULTRASONIC
+                self._silent = 0
+        if values[_UWB] > 0 or not self._uwb:
+            self._unheard = 0
+        else:
+            self._unheard += 1
+            if self._unheard > _UNHEARD_TICKS:
+                self.bits |= UWB
+                self._unheard = 0
+        self._left_um += odometry.way_um(values[_LEFT]) - left_mm_s * _UM_TICK
+        self._right_um += odometry.way_um(values[_LEFT + 1]) - right_mm_s * _UM_TICK
+        self._ordered_um += (abs(left_mm_s) + abs(right_mm_s)) * (_UM_TICK // 2)
+        if tick & _WINDOW == 0:
+            self._judge(odometry, here)
+            self._open(odometry, here)
+        return self.bits
+
+    def _look_beam(self, values, j):
+        step = (values[_IR + j] & 1023) - self._beam
+        if step:
+            self._beams |= 1 << j
+        if step > _JUMP or step < -_JUMP:
+            self._wild += 3
+            if self._wild > _WILD_MAX:
+                self.bits |= INFRARED
+                self._wild = 0
+        elif self._wild:
+            self._wild -= 1
+        self._beam = values[_IR + (j + 1 & 7)] & 1023
+
+    def _hear_echo(self, mm, path_mm):
+        self._silent = 0
+        step = mm - self._echo
+        self._echo = mm
+        if step or mm > _ECHO_MAX_MM:
+            self._same = 0
+            self._echo_mm = path_mm
+        else:
+            self._same += 1
+            if self._same > _ECHO_SAME and path_mm - self._echo_mm > _MOVED_MM:
+                self.bits |= ULTRASONIC
+        if step > _ECHO_JUMP_MM or step < -_ECHO_JUMP_MM:
+            self._echo_wild += 1
+            if self._echo_wild > _WILD_MAX:
+                self.bits |= ULTRASONIC
+                self._echo_wild = 0
+        else:
+            self._echo_wild = max(self._echo_wild - 2, 0)
+
+    def _judge(self, o, here):
+        if o.path_mm - self._path_mm > _MOVED_MM and self._beams != 255:
+            self.bits |= INFRARED
+        most = _WHEEL_UM + (self._ordered_um * 7 >> 5)
+        if abs(self._left_um) > most or abs(self._right_um) > most:
+            self._strikes += 1
+            if self._strikes >= _STRIKES:
+                self.bits |= ENCODER
+        else:
+            self._strikes = 0
+        self._wheels_mm += chord_mm(o.x_um // 1000 - self._x_mm, o.y_um // 1000 - self._y_mm)
+        self._chords_mm += chord_mm(here.x_mm - self._here_x, here.y_mm - self._here_y)
+        if self._wheels_mm > _CHORDS_MM:
+            if abs(self._chords_mm - self._wheels_mm) > self._wheels_mm >> 4:
+                self.bits |= ENCODER
+            self._wheels_mm = 0
+            self._chords_mm = 0
+
+    def _open(self, o, here):
+        self._beams = 0
+        self._left_um = 0
+        self._right_um = 0
+        self._ordered_um = 0
+        self._path_mm = o.path_mm
+        self._x_mm = o.x_um // 1000
+        self._y_mm = o.y_um // 1000
+        self._here_x = here.x_mm
+        self._here_y = here.y_mm
+
+
+def chord_mm(x, y):
+    # Of a window: at 1.4 m/s, and not by a jump to elsewhere.
+    x = max(-10000, min(x, 10000))
+    y = max(-10000, min(y, 10000))
+    return isqrt(x * x + y * y)
