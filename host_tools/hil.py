@@ -4,7 +4,6 @@ Exit code 0 exactly when the mission finished, 1 when it did not, 2 on bad argum
 home, 3 when a peer failed or the disk did not take the whole log. The result file is written in each case but 2.
 """
 
-import contextlib
 import os
 import sys
 import tempfile
@@ -82,7 +81,7 @@ def _evaluate(args, home, log, truth_path, outcome):
     try:
         mission = read_mission(log, truth_path, rest_of_log(truth_path))
         if mission.damaged:
-            notes.append("The log is not whole: %s." % mission.damaged)
+            notes.append("The log %s." % mission.damaged)
         vector_map, why_not = scoring.mission_map(mission)
         scoring.evaluate(result, mission, HomeTruth(home), vector_map, outcome.end, len(home.rooms))
         if why_not:

@@ -10,8 +10,9 @@ import sys
 from host_tools.hil_options import UsageError, check_file
 from host_tools.log_writers import CandumpWriter, CsvWriter, McapWriter
 from protocol import schema
+from protocol.dialect import CODES, SchemaError, dialect_of
 from protocol.log import LogError, LogReader
-from protocol.messages import MessageError, message_class
+from protocol.messages import MessageError
 
 CHUNK_BYTES = 1 << 20
 HEADER_BYTES, CRC_BYTES = 5, 4
@@ -38,7 +39,8 @@ def run(args):
         print("export: %s" % error, file=sys.stderr)
         return 2
     except OSError as error:
-        print("export: %s could not be written: %s" % (error.filename or "the file", (error.strerror or str(error)).lower()), file=sys.stderr)
+        why = (error.strerror or str(error)).lower()
+        print("export: %s could not be written: %s" % (error.filename or "the file", why), file=sys.stderr)
         return 2
     print("exported        %d messages of %s" % (written, args.log))
     if strange:
@@ -64,9 +66,9 @@ def _records(path, reader):
 def _kinds(path, told):
     """{id: class} by the log's own schema, which need not be today's."""
     try:
-        return {row[0]: message_class(*row) for row in map(_tupled, told["messages"])}
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError):
-        raise LogError("the log %s cannot be exported: the schema in its head is not understood" % path) from None
+        return dialect_of(told).by_id
+    except SchemaError as error:
+        raise LogError("the log %s cannot be exported: the schema in its head is not understood (%s)" % (path, error)) from None
 
 
 def _writers(args, told, kinds):
@@ -86,7 +88,8 @@ def _writers(args, told, kinds):
     if args.csv:
         yield CsvWriter(args.csv, kinds.values())
     if args.mcap:
-        yield McapWriter(args.mcap, kinds.values(), {key: str(value) for key, value in told.items() if key not in ("messages", "parameters")})
+        notes = {key: str(value) for key, value in told.items() if key not in ("messages", "parameters", "optional", *CODES)}
+        yield McapWriter(args.mcap, kinds.values(), notes)
 
 
 def _copy(first, records, kinds, writers):

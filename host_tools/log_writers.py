@@ -88,7 +88,8 @@ class McapWriter(_Writer):
         self._channels = {}
         for kind in kinds:
             told = self._mcap.register_schema(kind.NAME, "jsonschema", json.dumps(_json_schema(kind)).encode())
-            self._channels[kind.NAME] = self._mcap.register_channel("/%s/%s" % (("down", "up")[kind.DIRECTION], kind.NAME.lower()), "json", told)
+            topic = "/%s/%s" % (("down", "up")[kind.DIRECTION], kind.NAME.lower())
+            self._channels[kind.NAME] = self._mcap.register_channel(topic, "json", told)
 
     def add(self, record, message):
         self._mcap.add_message(self._channels[message.NAME], log_time=record.t_us * 1000, publish_time=record.t_us * 1000,

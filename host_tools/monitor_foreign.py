@@ -15,13 +15,21 @@ def sections(link):
     rows = [("core", "%08x" % link.dialect.hash, ""), ("this host", "%08x" % link.translation.ours.hash, "")]
     rows += [("differ", name, "dim") for name in differs] or [("differ", "its parameters", "dim")]
     return [("SCHEMA", rows)] + [
-        ("%s  %s" % (name, number(link.foreign_counts[name])), message_rows(message, link.dialect.codes))
+        ("%s  %s" % (name, number(link.foreign_counts[name])), message_rows(message, link.dialect.codes, _known(link, message)))
         for name, message in sorted(link.foreign.items())]
 
 
-def message_rows(message, codes):
+def _known(link, message):
+    """The fields that stand in the rows of our own messages already."""
+    reading = link.translation.reads[message.ID]
+    return {field[0] for field in link.translation.ours.by_name[message.NAME].FIELDS} if reading.whole else ()
+
+
+def message_rows(message, codes, known=()):
     rows = []
     for value, (name, kind, unit) in zip(message, message.FIELDS, strict=True):
+        if name in known:
+            continue
         if kind == "*":
             rows += _group(name, value, unit)
         elif kind == "p10":

@@ -8,7 +8,7 @@
 
 import os
 
-from host_tools.asked import Asked, Tick
+from host_tools.asked import Asked
 from host_tools.mission import MissionBuilder
 from protocol import schema
 from protocol.dialect import SchemaError

@@ -51,8 +51,8 @@ class SchemaPull:
 
     def take(self, identity):
         if not 0 < identity.size <= TEXT_MAX or not identity.data or self._size not in (None, identity.size):
-            raise SchemaError("the core's message schema is %08x, this host's is %08x, and the core does not tell its own: update the older "
-                              "of the two" % (self.hash, OURS.hash))
+            raise SchemaError("the core's message schema is %08x, this host's is %08x, and the core does not tell its own: update the "
+                              "older of the two" % (self.hash, OURS.hash))
         self._size = identity.size
         self._data += identity.data
 

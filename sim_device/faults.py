@@ -26,6 +26,7 @@ BITS_MAX = 8 * 108
 STEP_MAX = (1 << 30) - 1
 FOR_EVER = STEP_MAX + 1
 FILE_MAX = 1 << 20
+ITEM_MAX = 60
 _TIME = re.compile(r"([0-9]{1,6}(?:\.[0-9]{1,6})?)(ms|s)")
 _WAY_OUT = "give items like drop=0.1, delay=20ms, flip@up=40:97, cut@step=500:2s, reset@step=900 or uwb=off@step=300:200"
 
@@ -70,8 +71,11 @@ def parse(text):
     plan = Plan()
     for line in text.splitlines():
         for item in line.partition("#")[0].split(","):
-            if item.strip():
-                _add(plan, item.strip())
+            item = item.strip()
+            if len(item) > ITEM_MAX or not item.isprintable():
+                raise FaultError("--faults %r%s is no item of a list of faults; %s" % (item[:40], "..." * (len(item) > 40), _WAY_OUT))
+            if item:
+                _add(plan, item)
     return plan
 
 

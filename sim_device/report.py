@@ -59,8 +59,9 @@ class PlainReport:
             if fields["incomplete"]:
                 self._say("sim_device: " + fields["incomplete"])
 
-    def error(self, sentence, code, **known):
-        self._say("sim_device: " + sentence)
+    def error(self, sentence, code, incomplete="", **known):
+        for said in filter(None, (sentence, incomplete)):
+            self._say("sim_device: " + said)
 
     def _progress(self, fields):
         now_s = time.monotonic()

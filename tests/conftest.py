@@ -30,6 +30,13 @@ def record_count(request):
     return record
 
 
+def pytest_collection_modifyitems(config, items):
+    """--timeout=0, as in `make soak`, holds for the tests with a limit of their own, too."""
+    if config.getoption("timeout", None) == 0:
+        for item in items:
+            item.add_marker(pytest.mark.timeout(0), append=False)
+
+
 def pytest_terminal_summary(terminalreporter, config):
     """What the campaigns counted, in brackets what would have been bad."""
     counted = config.stash.get(_COUNTED, {})

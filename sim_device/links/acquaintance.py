@@ -11,10 +11,10 @@ NEEDED = ("STEP", "STEP_RSP", "STATUS", "STATUS_RSP", "POSE", "MAP_INFO", "MAP_I
 _IDENTITY = BY_NAME["IDENTITY"]
 
 
-# Tap and log are told what the core speaks whose frames they get. A core that comes back with another schema is none of this mission.
+# Link, tap and log are told what the core speaks whose frames they get. A core that comes back with another schema is none of this mission.
 class Acquaintance:
-    def __init__(self, taps, log):
-        self._taps, self._log = taps, log
+    def __init__(self, pty, taps, log):
+        self._pty, self._taps, self._log = pty, taps, log
         self._dialect = None
 
     def make(self, peer, hello):
@@ -34,6 +34,7 @@ class Acquaintance:
         if self._dialect not in (None, link.dialect):
             raise PeerError("the core on %s has come back with another schema: start the mission again" % peer.path)
         peer.keep()
+        self._pty.speaks(link.dialect)
         self._taps.speaks(link.dialect)
         if self._log is not None and self._dialect is None and link.translation is not None:
             self._log.speaks(link.dialect)

@@ -1,16 +1,19 @@
 # A link on which frames are lost, hit, doubled, overtaken and late, cables are pulled and cores reset: any link, made worse.
 
 import heapq
+import itertools
 import random
 
 from protocol import cobs
+from protocol.describe import field_size
+from protocol.dialect import OURS
 from protocol.messages import BY_NAME
 from sim_device.faults import BUS_EVENTS
 
 OVERTAKEN_S = 0.02      # so long a frame waits for the next one to go first
 TORN_MAX = 256          # bytes without a delimiter: no frame, they pass as they are
 
-_STEP, _HELLO = BY_NAME["STEP"].ID, BY_NAME["HELLO"].ID
+_HELLO = BY_NAME["HELLO"].ID
 _ID, _BODY = 4, 6       # in a frame as on the wire, after decoding: COBS byte, CTL SEQ ACK ID LEN, body
 _BOOT_ID = slice(_BODY + 10, _BODY + 12)
 
@@ -97,6 +100,15 @@ class FaultyLink:
         self._seen = set()      # events happen once, though a step may be sent twice
         self.clock = link.clock
         self.resetting = False
+        self.speaks(OURS)
+
+    def speaks(self, dialect):
+        """The core's schema: where in a frame the number of a step stands."""
+        kind = dialect.by_name["STEP"]
+        sizes = {field[0]: field_size(field[1]) for field in kind.FIELDS if field[1] != "*"}
+        at = _BODY + sum(sizes[name] for name in itertools.takewhile(lambda name: name != "step", sizes))
+        self._step_id, self._step = kind.ID, slice(at, at + sizes["step"])
+        self._link.speaks(dialect)
 
     def __getattr__(self, name):
         return getattr(self._link, name)
@@ -106,8 +118,8 @@ class FaultyLink:
         self._happens("down", self._down.frames + 1, now_s)
         if self._plan.events:
             raw = _decoded(data)
-            if raw is not None and raw[_ID] == _STEP:
-                self._happens("step", int.from_bytes(raw[_BODY:_BODY + 4], "little"), now_s)
+            if raw is not None and raw[_ID] == self._step_id:
+                self._happens("step", int.from_bytes(raw[self._step], "little"), now_s)
         if not self.resetting:
             self._down.send(data, now_s)
             self._deliver(now_s)

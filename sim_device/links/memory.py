@@ -33,6 +33,9 @@ class MemoryLink:
         self._core = self._make(_Port(self._out, self.clock), self._boots)
         self._core.greet()
 
+    def speaks(self, dialect):
+        """As a Pty's."""
+
     def clock(self):
         return self._now_s
 

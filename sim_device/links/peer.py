@@ -38,7 +38,7 @@ class Peer:
         self._pty = pty
         self._taps = taps
         self._log = log
-        self._acquaintance = Acquaintance(taps, log)
+        self._acquaintance = Acquaintance(pty, taps, log)
         self._stop = stop
         self._passed = []
         self._boots = set()         # numbers of cores that are no more

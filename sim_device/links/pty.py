@@ -59,6 +59,9 @@ class Pty:
         events = self._poll.poll(0)
         return not (events and events[0][1] & select.POLLHUP)
 
+    def speaks(self, dialect):
+        """The core's schema: bytes pass whatever they say."""
+
     def fileno(self):
         """Of our end, to wait for several at once."""
         return self._master

@@ -7,6 +7,7 @@ import pytest
 from firmware_py.storage.vector_store import OUTLINE, SEARCHED
 from protocol import schema
 from protocol.messages import BY_NAME
+from protocol.schema_text import SCHEMA_TEXT
 from protocol.parameters import PARAMETERS
 from tests.firmware_py.device_story import LOCKED, OK, OUT_OF_RANGE, UNKNOWN, Story, error
 from tests.firmware_py.puppet import NUMBERS
@@ -188,6 +189,17 @@ def test_identify_ping_and_what_is_unknown():
     assert identity.data.startswith(b"tvslam ")
     assert story.one("IDENTIFY", 9, 50).size == 0
     assert len(story.one("IDENTIFY", 1, 60000).data) == 0
+
+
+def test_the_schema_is_told_in_pieces_of_64_bytes():
+    story, text = Story(joined=False), b""
+    while True:
+        piece = story.one("IDENTIFY", 4, len(text))
+        assert (piece.section, piece.offset, piece.size) == (4, len(text), len(SCHEMA_TEXT)) and len(piece.data) <= 64
+        if not piece.data:
+            break
+        text += piece.data
+    assert text == SCHEMA_TEXT, "also before the core is welcomed"
 
 
 def test_every_store_can_be_asked_for():

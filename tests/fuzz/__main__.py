@@ -11,7 +11,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 CORPUS = HERE.parents[1] / "out" / "fuzz"
-NAMES = ("frames", "can", "slcan", "home", "log", "faults")
+NAMES = ("frames", "can", "slcan", "home", "log", "schema", "faults")
 WORDS = ('"name"', '"units"', '"m"', '"outline"', '"obstacles"', '"rooms"', '"start"', '"centre"', '"polygon"', "[[0, 0], [1, 0], [1, 1]]",
          "NaN", "1e309", "-1", "TVSLAM1\n", "drop=", "@step=", "reset@", "cut@", "@up=", "@down=", "20ms")
 ALL_SECONDS, MEMORY_MB, SLOW_S, LONGEST = 60, 2048, 20, 4096
@@ -28,7 +28,7 @@ def main():
     try:
         import atheris
     except ImportError:
-        print("fuzz: atheris is not installed; pip install 'tvslam[fuzz]' gets it, on Linux for CPython 3.11 to 3.13.", file=sys.stderr)
+        print("fuzz: atheris is not installed; pip install 'tvslam[fuzz]' gets it, on Linux for CPython 3.11 to 3.14.", file=sys.stderr)
         return 2
     if len(options.targets) == 1:
         return fuzz(atheris, options.targets[0], options.seconds)

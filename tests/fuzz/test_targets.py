@@ -27,6 +27,7 @@ def test_every_target_is_named():
 
 
 def test_without_the_fuzzer_it_says_how_to_get_it(project):
-    hidden = "import sys, runpy; sys.modules['atheris'] = None; sys.argv = ['fuzz', 'faults']; runpy.run_module('tests.fuzz', run_name='__main__')"
+    hidden = ("import sys, runpy; sys.modules['atheris'] = None; sys.argv = ['fuzz', 'faults']; "
+              "runpy.run_module('tests.fuzz', run_name='__main__')")
     done = subprocess.run([sys.executable, "-c", hidden], cwd=project, capture_output=True, text=True, timeout=60)
     assert done.returncode == 2 and "pip install 'tvslam[fuzz]'" in done.stderr and done.stderr.count("\n") == 1

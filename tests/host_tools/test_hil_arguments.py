@@ -1,5 +1,6 @@
 """Bad input of hil: one clear sentence that names the cause, exit code 2, before anything starts."""
 
+import fcntl
 import json
 import os
 
@@ -139,3 +140,13 @@ def test_an_unknown_subcommand_and_the_version(capsys):
     with pytest.raises(SystemExit) as caught:
         main(["--version"])
     assert caught.value.code == 0 and capsys.readouterr().out.startswith("host_tools 0.")
+
+
+def test_a_log_that_is_being_written_is_left_alone(capsys, room, tmp_path):
+    log = tmp_path / "m.tvlog"
+    with open(log, "wb") as writer:
+        fcntl.flock(writer, fcntl.LOCK_EX)
+        writer.write(b"half of a mission")
+        writer.flush()
+        expect_refusal(capsys, [room, "--target", "cpython", "--log", str(log)], "--log", "is being written by another mission")
+    assert log.read_bytes() == b"half of a mission"

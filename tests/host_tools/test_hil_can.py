@@ -1,11 +1,17 @@
 """Missions over CAN through the command line: the same mission as on a pty, and its frames for other people's tools."""
 
+import fcntl
 import json
 import os
+import pty
 import re
+import select
 import signal
+import struct
 import subprocess
 import sys
+import termios
+import time
 
 import cantools
 import can
@@ -14,13 +20,17 @@ import pytest
 
 from host_tools.mission import POSE_FIELDS
 from host_tools.mission_log import read_mission
+from protocol import schema, states
 from protocol.describe import DBC
 from protocol.messages import BY_NAME
 from tests.host_tools.test_hil_arguments import expect_refusal
 from tests.host_tools.test_hil_mission import SMALL, by_command, children_of, finish, hil, wait_until_driving
 from tests.host_tools.test_hil_processes import alive, wait_until
 from tests.host_tools.test_result import expect_all_keys
+from tests.protocol.messages import raw_frame, wire
+from tests.protocol.test_can_frames import UP, cut
 from tests.sim_device.can_story import running_hub
+from tests.sim_device.test_can_hub import adapter
 
 SHORT = ("--max-robot-s", "25")
 
@@ -55,10 +65,15 @@ def test_over_can_the_mission_is_the_one_over_the_pty(project, small, tmp_path, 
         assert over["memory"]["heap_locked"] and over["memory"]["allocated_after_boot_bytes"] == 0
 
 
-def test_on_an_adapters_port_the_core_is_found_on_its_bus(project, small, tmp_path):
+BOARD = "from firmware_py.main_board import main\nmain(open(%r, 'r+b'), can='slcan')"
+
+
+@pytest.mark.parametrize("board", [False, True])
+def test_on_an_adapters_port_the_core_is_found_on_its_bus(project, small, tmp_path, micropython, board):
     pty, _ = result_of(project, small, tmp_path, "--target", "cpython", *SHORT)
     with running_hub(tmp_path, "robot", "core") as (_, (robot, core)):
-        child = subprocess.Popen([sys.executable, "-m", "firmware_py", "slcan:" + core], cwd=project, stdout=subprocess.DEVNULL)
+        argv = [micropython, "-X", "heapsize=320k", "-c", BOARD % core] if board else [sys.executable, "-m", "firmware_py", "slcan:" + core]
+        child = subprocess.Popen(argv, cwd=project, stdout=subprocess.DEVNULL)
         try:
             over, _ = result_of(project, small, tmp_path, "--target", "port:" + robot, "--link", "slcan", *SHORT)
         finally:
@@ -103,6 +118,30 @@ def test_the_command_cantools_decodes_the_candump(project, small, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "POSE_1(step: " in done.stdout and "state: FIND_WALL" in done.stdout and "SCHEMA(" in done.stdout
     assert len(done.stdout.splitlines()) == len(dump.read_text().splitlines())
+
+
+def test_the_monitor_of_cantools_shows_what_the_core_says(tmp_path):
+    pose = BY_NAME["POSE"](*[1234567, -7654321] + [0] * 5 + [states.NAMES.index("FOLLOW")] + [0] * 6)
+    frames = cut(wire(raw_frame(pose.ID, pose.pack(), schema.VERSION | 4)), UP, 0)
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 60, 120, 0, 0))
+    with running_hub(tmp_path, "core", "monitor") as (_, (core, monitor)):
+        argv = [sys.executable, "-m", "cantools", "monitor", "-i", "slcan", "-c", monitor, DBC]
+        shown, sender = b"", adapter(core)
+        with subprocess.Popen(argv, stdin=slave, stdout=slave, stderr=slave, env={**os.environ, "TERM": "xterm"}) as process:
+            try:
+                end_s = time.monotonic() + 30
+                while not (b"FOLLOW" in shown and b"1234567" in shown) and time.monotonic() < end_s:
+                    for can_id, data in frames:
+                        sender.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+                    while select.select([master], [], [], 0.2)[0]:
+                        shown += os.read(master, 65536)
+            finally:
+                process.kill()
+                sender.shutdown()
+    os.close(slave)
+    os.close(master)
+    assert b"FOLLOW" in shown and b"1234567" in shown and b"-7654321" in shown
 
 
 @pytest.mark.parametrize("argv, words", [

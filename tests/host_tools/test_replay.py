@@ -197,6 +197,47 @@ def test_a_parameter_is_known_by_its_name_whatever_its_number_was(written):
         Recording(written(LogWriter().head(parameters=[["wheels", "", 1]]) + data[end + len(LogWriter().marker()):]))
 
 
+def questions_between(nth, status):
+    """A log in which parameter 0 is asked to be set behind the nth step's answer, reliably; the answer says `status`."""
+    data, writer, steps = b"", LogWriter(), 0
+    data += writer.head()
+    rows = []
+    for direction, raw in wander().frames:
+        rows.append((direction, raw))
+        steps += BY_ID[raw[3]].NAME == "STEP_RSP"
+        if steps == nth and BY_ID[raw[3]].NAME == "STEP_RSP":
+            rows += [sealed("PARAM_SET", 200, 0, 0, 0), sealed("PARAM_VALUE", 200, 0, 0, status, 1)]
+    for number, (direction, raw) in enumerate(rows):
+        data += writer.record(number * 100, direction, raw)
+    return data
+
+
+def sealed(name, seq, *fields):
+    kind = BY_NAME[name]
+    body = kind(*fields).pack()
+    raw = bytes((0x29 | kind.DIRECTION << 2, seq, 0, kind.ID, len(body) + 9)) + body
+    return kind.DIRECTION, raw + zlib.crc32(raw).to_bytes(4, "little")
+
+
+@pytest.mark.parametrize("nth", [1, 300, STEPS])
+def test_what_is_asked_between_steps_is_asked_again_in_its_turn(nth, written, replay):
+    ticks = list(Recording(written(questions_between(nth, 3))).ticks())
+    names = [tick.question.NAME for tick in ticks]
+    assert names.count("PARAM_SET") == 1 and names.index("PARAM_SET") == nth and len(ticks) == STEPS + 1
+    assert ticks[nth].answer.status == 3
+    assert [tick.telemetry for tick in ticks if tick.question.NAME == "STEP"] == [tick.telemetry for tick in wander()._ticks]
+    code, result, out, _ = replay(written(questions_between(nth, 3)))   # locked since the first step
+    assert code == 0 and result["equal"] and result["hash"] == result["log_hash"], out
+
+
+def test_another_answer_between_steps_is_a_difference(written, replay):
+    for nth in (300, STEPS):
+        code, result, out, _ = replay(written(questions_between(nth, 0)))
+        first = result["first_difference"]
+        assert code == 1 and (first["message"], first["field"]) == ("PARAM_VALUE", "status"), out
+        assert first["fields"]["status"] == {"log": 0, "cpython": 3} and first["step"] == min(nth + 1, STEPS)
+
+
 def test_the_pace_of_a_free_run_is_not_replayed(written):
     number = next(i for i, row in enumerate(parameters.PARAMETERS) if row[0] == "tick_ms")
     data = changed("PARAM_SET", 1, parameter=lambda _: number, value=lambda _: 20)

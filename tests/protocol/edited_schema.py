@@ -11,8 +11,11 @@ KINDS = ("u8", "i8", "u16", "i16", "u32", "i32", "p10", "c8", "*")
 UNITS = ("", "mm", "um", "5 mm", "tick")
 
 
+TOLD = schema_told()
+
+
 def told():
-    return json.loads(schema_told())
+    return json.loads(TOLD)
 
 
 def edited(seed, edits):

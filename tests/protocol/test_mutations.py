@@ -51,7 +51,7 @@ def copy(tmp_path_factory, project):
 
 
 def suite(copy, tests):
-    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1", "HYPOTHESIS_PROFILE": "test"}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not soak", tests]
     return subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=110)
 

@@ -86,6 +86,8 @@ class FakeCore:
     def on_identify(self, values):
         if values[0] == 3:
             return self.send("LINK", *list(self.link.counters)[:13])
+        if values[0] == 4:
+            return self.send("IDENTITY", 4, values[1], 0, 0)    # it does not tell its schema
         self.hello()
 
     def on_ping(self, v):

@@ -8,26 +8,40 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("protocol", "firmware_py", "sim_device")
-SCHEMA, TELEMETRY = "protocol/schema.py", "firmware_py/telemetry.py"
+SCHEMA, PARAMETERS, TELEMETRY = "protocol/schema.py", "protocol/parameters.py", "firmware_py/telemetry.py"
+
+LIDAR = '    (0x26, "LIDAR", UP, 0, (("range_mm", "u16", "mm"), ("x", "i16", "5 mm"), ("state", "u8", ""))),\n'
+TELL_LIDAR = """        self._device.send(POSE)
+        out[0] = 512
+        out[1] = -40
+        out[2] = core.state
+        self._device.send(LIDAR)"""
+BEGIN_POSE = """        out = self._device.link.out
+        out[0] = step
+"""
+MEMORY = """    (0x25, "MEMORY", UP, 0, (
+        ("heap_bytes", "u32", "B"), ("heap_used_bytes", "u32", "B"), ("heap_locked", "u8", ""),
+        ("allocated_after_boot_bytes", "u32", "B"))),
+"""
+# Where a value of POSE goes, and by what its line is known; in an order in which no line is met twice.
+PLACES = ((13, 14, "core.explorer"), (12, 13, "here.fixes"), (11, 12, "core.vectors"), (10, 11, "core.points"), (9, 10, "o.path"),
+          (8, 9, "core.ir"), (7, 8, "core.state"), (6, 7, "o.heading"), (5, 6, "o.y"), (4, 5, "o.x"), (3, 4, "here.heading"),
+          (2, 0, "here.y"), (1, 3, "here.x"))
 
 VERSIONS = {
     # A field more at the end of POSE, without which one can do.
     "longer": {
-        SCHEMA: [('OPTIONAL = (', 'OPTIONAL = ("POSE.battery_mv",'), ('("fixes", "u16", ""), ("bumps", "u16", ""))),', '("fixes", "u16", ""), ("bumps", "u16", ""), ("battery_mv", "u16", "mV"))),')],
+        SCHEMA: [("OPTIONAL = (", 'OPTIONAL = ("POSE.battery_mv",'),
+                 ('("fixes", "u16", ""), ("bumps", "u16", "")', '("fixes", "u16", ""), ("bumps", "u16", ""), ("battery_mv", "u16", "mV")')],
         TELEMETRY: [("        self._device.send(POSE)", "        out[14] = 7300\n        self._device.send(POSE)")]},
     # POSE with another field in its middle, and its first ones in another order; a telemetry message that nobody knows.
     "reordered": {
-        SCHEMA: [('("step", "u32", "tick"), ("x_um", "i32", "um"), ("y_um", "i32", "um"), ("heading_bam", "u16", "BAM"),',
-                  '("y_um", "i32", "um"), ("step", "u32", "tick"), ("spare", "i8", ""), ("x_um", "i32", "um"), ("heading_bam", "u16", "BAM"),'),
-                 ("    # 30-3F map", '    (0x26, "LIDAR", UP, 0, (("range_mm", "u16", "mm"), ("x", "i16", "5 mm"), ("state", "u8", ""))),\n    # 30-3F map')],
-        TELEMETRY: [("        out = self._device.link.out\n        out[0] = step\n", "        out = self._device.link.out\n        out[1] = step\n        out[2] = -3\n"),
-                    *((f"        out[{at}] = {what}", f"        out[{to}] = {what}") for at, to, what in (
-                        (13, 14, "core.explorer"), (12, 13, "here.fixes"), (11, 12, "core.vectors"), (10, 11, "core.points"), (9, 10, "o.path"),
-                        (8, 9, "core.ir"), (7, 8, "core.state"), (6, 7, "o.heading"), (5, 6, "o.y"), (4, 5, "o.x"), (3, 4, "here.heading"),
-                        (2, 0, "here.y"), (1, 3, "here.x"))),
-                    ("        self._device.send(POSE)",
-                     "        self._device.send(POSE)\n        out[0] = 512\n        out[1] = -40\n        out[2] = core.state\n        self._device.send(LIDAR)"),
-                    ("import POSE,", "import LIDAR, POSE,")]},
+        SCHEMA: [('("step", "u32", "tick"), ("x_um", "i32", "um"), ("y_um", "i32", "um"),',
+                  '("y_um", "i32", "um"), ("step", "u32", "tick"), ("spare", "i8", ""), ("x_um", "i32", "um"),'),
+                 ("    # 30-3F map", LIDAR + "    # 30-3F map")],
+        TELEMETRY: [(BEGIN_POSE, BEGIN_POSE.replace("[0]", "[1]") + "        out[2] = -3\n"),
+                    *(("        out[%d] = %s" % (at, what), "        out[%d] = %s" % (to, what)) for at, to, what in PLACES),
+                    ("        self._device.send(POSE)", TELL_LIDAR), ("import POSE,", "import LIDAR, POSE,")]},
     # Wider types, and a narrower one that holds what it is given.
     "wider": {
         SCHEMA: [('("points", "u16", ""), ("vectors", "u16", "")', '("points", "u32", ""), ("vectors", "i32", "")'),
@@ -36,12 +50,11 @@ VERSIONS = {
                  ('("left", "i16", "pulse"), ("right", "i16", "pulse")', '("left", "i8", "pulse"), ("right", "i32", "pulse")')]},
     # Messages under other ids, and one that is no more.
     "moved": {
-        SCHEMA: [('(0x10, "STEP"', '(0x14, "STEP"'), ('(0x11, "STEP_RSP"', '(0x15, "STEP_RSP"'), ('(0x22, "VECTOR"', '(0x27, "VECTOR"'),
-                 ('(0x25, "MEMORY", UP, 0, (\n        ("heap_bytes", "u32", "B"), ("heap_used_bytes", "u32", "B"), ("heap_locked", "u8", ""),\n'
-                  '        ("allocated_after_boot_bytes", "u32", "B"))),\n', "")],
+        SCHEMA: [('(0x10, "STEP"', '(0x1E, "STEP"'), ('(0x11, "STEP_RSP"', '(0x1F, "STEP_RSP"'), ('(0x22, "VECTOR"', '(0x27, "VECTOR"'),
+                 (MEMORY, "")],
         TELEMETRY: [("LINK, MEMORY", "LINK"), ("self._device.send_memory(MEMORY)", "pass")]},
     # A parameter before all others: the core numbers them anew.
-    "renumbered": {"protocol/parameters.py": [('    ("dock_x",', '    ("battery", "mV", 1, 0, 20000, 7400),\n    ("dock_x",')]},
+    "renumbered": {PARAMETERS: [('    ("dock_x",', '    ("battery", "mV", 1, 0, 20000, 7400),\n    ("dock_x",')]},
     # A field that has no place any more, without which nobody drives.
     "without": {SCHEMA: [('("left_mm_s", "i16", "mm/s")', '("left_um_s", "i16", "um/s")')]},
 }
