@@ -152,7 +152,7 @@ class Tvslam:
         self._margin = (p.of("body_radius") + _ROOM_MM) // 5
         self.outline.spread = flags & _SPREAD != 0
         self._threshold_mm = p.of("ir_threshold")
-        self.watch.begin(p.of("uwb_source") > 0 and p.of("anchor_count") > 0, self.odometry, self.localization)
+        self.watch.begin(p.of("uwb_source") > 0 and p.of("anchor_count") > 0, self.uwb.scope, self.odometry)
 
     def step(self, values):
         o = self.odometry

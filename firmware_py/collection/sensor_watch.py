@@ -1,6 +1,6 @@
 # Which sensor cannot be believed: a map that one of them has spoilt must not look like a sound one.
 
-from ..fixed import isqrt
+from ..fixed import cosine, sine
 
 # bits of STATUS_RSP.degraded, as in protocol/states.py
 ENCODER = 16
@@ -17,7 +17,9 @@ _MOVED_MM = const(300)       # in that time: who stands may well see the same
 _UM_TICK = const(20)         # 1 mm/s makes so many micrometres a tick
 _WHEEL_UM = const(60000)     # wheels may be so far behind their orders, and by 7/32 of the way
 _STRIKES = const(2)          # windows in a row
-_CHORDS_MM = const(20000)    # where fixes make this way 1/16 longer or shorter, the wheels measure wrongly
+_APART = const(1280)         # 10 mm: so far from the estimate fixes may see the robot along its way, in the mean of a hundred
+_MEAN_SHIFT = const(7)
+_FIX_MAX_MM = const(100)     # one fix alone says no more than that
 _JUMP = const(200)           # of a beam from tick to tick, counts: a wall does that only where it ends
 _WILD_MAX = const(60)
 _ECHO_JUMP_MM = const(500)
@@ -29,7 +31,7 @@ _UNHEARD_TICKS = const(500)
 
 class SensorWatch:
     # look(values, ...) sees each STEP before it is acted on. `bits`: what has failed; they stay, as what was mapped stays.
-    #   encoder      both wheels against their orders over 5 s; their way against that of the estimate over 20 m
+    #   encoder      a wheel against its orders over 5 s; both against their orders and against fixes
     #   infrared     a beam that says the very same while the robot moves; beams that jump from tick to tick
     #   ultrasonic   silent for 5 s; the very same echo while the robot moves; echoes that jump
     #   uwb          transmitters are known, and none is heard for 10 s
@@ -42,6 +44,7 @@ class SensorWatch:
         self._left_um = 0       # the wheels' way less that of their orders
         self._right_um = 0
         self._ordered_um = 0
+        self._driven_um = 0
         self._strikes = 0
         self._path_mm = 0       # where the window began
         self._beam = 0          # count of the beam whose turn it is, a tick ago
@@ -52,16 +55,13 @@ class SensorWatch:
         self._echo_mm = 0       # path at the first of the same
         self._echo_wild = 0
         self._silent = 0
-        self._x_mm = 0          # where the window began: by the wheels, by the estimate
-        self._y_mm = 0
-        self._here_x = 0
-        self._here_y = 0
-        self._wheels_mm = 0     # sums of the windows' chords
-        self._chords_mm = 0
+        self._sums = None       # of the UWB's least squares (uwb.py)
+        self._ahead = 0         # mean of what the fixes say, mm << _MEAN_SHIFT
 
-    def begin(self, transmitters, odometry, here):
+    def begin(self, transmitters, sums, odometry):
         self._uwb = transmitters
-        self._open(odometry, here)
+        self._sums = sums
+        self._open(odometry)
 
     def look(self, values, tick, odometry, here, left_mm_s, right_mm_s):
         # -> bits. The speeds: what was ordered a tick ago. `here`: the estimate (localization.py).
@@ -80,12 +80,19 @@ class SensorWatch:
             if self._unheard > _UNHEARD_TICKS:
                 self.bits |= UWB
                 self._unheard = 0
-        self._left_um += odometry.way_um(values[_LEFT]) - left_mm_s * _UM_TICK
-        self._right_um += odometry.way_um(values[_LEFT + 1]) - right_mm_s * _UM_TICK
-        self._ordered_um += (abs(left_mm_s) + abs(right_mm_s)) * (_UM_TICK // 2)
+        left_mm_s *= _UM_TICK   # um in this tick, from here on
+        right_mm_s *= _UM_TICK
+        left_um = odometry.way_um(values[_LEFT])
+        right_um = odometry.way_um(values[_LEFT + 1])
+        self._left_um += left_um - left_mm_s
+        self._right_um += right_um - right_mm_s
+        self._driven_um += abs(left_um) + abs(right_um) >> 1
+        self._ordered_um += abs(left_mm_s) + abs(right_mm_s) >> 1
+        if here.due == 1:
+            self._ahead += ahead_mm(self._sums, here.heading_bam) - (self._ahead >> _MEAN_SHIFT)
         if tick & _WINDOW == 0:
-            self._judge(odometry, here)
-            self._open(odometry, here)
+            self._judge(odometry)
+            self._open(odometry)
         return self.bits
 
     def _look_beam(self, values, j):
@@ -120,7 +127,7 @@ class SensorWatch:
         else:
             self._echo_wild = max(self._echo_wild - 2, 0)
 
-    def _judge(self, o, here):
+    def _judge(self, o):
         if o.path_mm - self._path_mm > _MOVED_MM and self._beams != 255:
             self.bits |= INFRARED
         most = _WHEEL_UM + (self._ordered_um * 7 >> 5)
@@ -130,28 +137,27 @@ class SensorWatch:
                 self.bits |= ENCODER
         else:
             self._strikes = 0
-        self._wheels_mm += chord_mm(o.x_um // 1000 - self._x_mm, o.y_um // 1000 - self._y_mm)
-        self._chords_mm += chord_mm(here.x_mm - self._here_x, here.y_mm - self._here_y)
-        if self._wheels_mm > _CHORDS_MM:
-            if abs(self._chords_mm - self._wheels_mm) > self._wheels_mm >> 4:
-                self.bits |= ENCODER
-            self._wheels_mm = 0
-            self._chords_mm = 0
+        # Wheels that say more than was ordered may be quick, fixes that lag may be late. Both: there is less way than the wheels say.
+        most = self._ordered_um >> 5
+        more = self._driven_um - self._ordered_um
+        if more > most and self._ahead < -_APART or more < -most and self._ahead > _APART:
+            self.bits |= ENCODER
 
-    def _open(self, o, here):
+    def _open(self, o):
         self._beams = 0
         self._left_um = 0
         self._right_um = 0
         self._ordered_um = 0
+        self._driven_um = 0
         self._path_mm = o.path_mm
-        self._x_mm = o.x_um // 1000
-        self._y_mm = o.y_um // 1000
-        self._here_x = here.x_mm
-        self._here_y = here.y_mm
 
 
-def chord_mm(x, y):
-    # Of a window: at 1.4 m/s, and not by a jump to elsewhere.
-    x = max(-10000, min(x, 10000))
-    y = max(-10000, min(y, 10000))
-    return isqrt(x * x + y * y)
+def ahead_mm(sums, heading_bam):
+    # How far ahead of the estimate these sums see the robot, along its heading.
+    x = cosine(heading_bam) >> 5
+    y = sine(heading_bam) >> 5
+    known = (sums[0] >> 4) * (x * x >> 10) + (sums[1] >> 3) * (x * y >> 10) + (sums[2] >> 4) * (y * y >> 10) >> 7
+    if known < 8:
+        return 0
+    told = (sums[3] >> 11) * x + (sums[4] >> 11) * y
+    return max(-_FIX_MAX_MM, min(told // known, _FIX_MAX_MM))

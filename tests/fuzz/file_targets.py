@@ -85,7 +85,7 @@ def log(data):
     if mode == bytes((HEADED,)):
         head = MAGIC + len(rest).to_bytes(4, "little") + rest
         rest = head + zlib.crc32(head).to_bytes(4, "little") + SOUND[HEAD - len(LogWriter().marker()):]
-    _read(rest, 1 + len(rest) % 97)
+    _read(rest, 64 + len(rest) % 97)
     _used(rest)
 
 
@@ -105,10 +105,11 @@ def _edited(edits):
         else:
             damaged[place:place] = SOUND[place - byte:place]
     whole = [(direction, raw) for end, direction, raw in ENDS if end <= first]
-    reader, found = _read(bytes(damaged), 1 + len(edits) % 97)
+    reader, found = _read(bytes(damaged), 64 + 7 * len(edits))
     assert [(record.direction, record.frame) for record in found[:len(whole)]] == whole, "sound records were lost"
     assert bytes(damaged) == SOUND[:len(damaged)] or reader.damage, "damage that nobody tells"
-    _used(bytes(damaged))
+    if len(edits) // 4 % 4 == 1:    # it takes ten times as long
+        _used(bytes(damaged))
 
 
 def _read(data, size):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from protocol import schema, states
 from protocol.dialect import BITS, OURS, SchemaError, dialect_of, from_text
+from protocol.frame_reader import BOTH
 from protocol.host_link import HostLink
 from protocol.messages import BY_NAME, MessageError
 from protocol.schema_pull import SchemaPull, known, piece
@@ -160,7 +161,7 @@ def test_reasons_and_degraded_bits_too():
     values = [0] * len(BY_NAME["STATUS_RSP"].FIELDS)
     values[3], values[4] = len(states.REASONS) - 1 - states.REASON_STUCK, 0b0001
     status = read(theirs, "STATUS_RSP", *values)
-    assert (status.reason, status.degraded) == (states.REASON_STUCK, 0b1000)
+    assert (status.reason, status.degraded) == (states.REASON_STUCK, 1 << len(states.DEGRADED) - 1)
 
 
 def test_an_error_names_our_message():
@@ -230,6 +231,16 @@ def test_a_log_with_our_schema_needs_no_translation():
     for name in ("states", "reasons", "degraded", "optional"):
         del old[name]
     assert of_log(old) is None, "a log of earlier times"
+
+
+def test_a_tap_takes_what_follows_a_hello_as_said_by_that_core():
+    theirs = changed("PONG", lambda fields: fields.reverse())
+    hello = hello_of(theirs.hash)
+    tap = HostLink(listen=BOTH, any_epoch=True)
+    pong = wire(raw_frame(0x06, theirs.by_name["PONG"](1, 2).pack(), schema.VERSION | 4 | 1 << 5))
+    assert tap.feed(wire(raw_frame(0x01, hello.pack(), schema.VERSION | 4)) + pong) == [hello], "in one piece: two numbers, but which?"
+    tap.adopt(theirs)
+    assert tap.feed(pong) == [BY_NAME["PONG"](2, 1)]
 
 
 def test_until_the_schema_is_known_nothing_is_taken():

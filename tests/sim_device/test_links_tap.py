@@ -8,7 +8,7 @@ import zlib
 
 import pytest
 
-from protocol import schema
+from protocol import schema, schema_hash
 from protocol.frame_reader import BOTH
 from protocol.host_link import HostLink
 from protocol.link import Link
@@ -25,7 +25,7 @@ def raw(message, up=True):
 
 
 def hello(boot_id=5):
-    return M["HELLO"](1, 1, 2, 3, 4, 5, boot_id, 0, 96, 4, 2, 0, 9, 26, 1000, 900, 100)
+    return M["HELLO"](1, 1, *schema_hash.halves(), 4, 5, boot_id, 0, 96, 4, 2, 0, 9, 26, 1000, 900, 100)
 
 
 def vector(index, x):

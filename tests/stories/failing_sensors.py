@@ -64,3 +64,12 @@ def drive(home_name, faults="", seed=1, uwb="paper", odometry="calibrated", max_
     said = [name for bit, name in enumerate(states.DEGRADED) if core.degraded >> bit & 1]
     return Outcome(core, said, robot.tick * TICK_S, 100 * total_m / max(robot.tick, 1),
                    score.get("precision_5cm") or 0.0, score.get("recall_5cm") or 0.0)
+
+
+BOUND_CM, BOUND_SHARE = 10.0, 0.9
+
+
+def is_honest(outcome):
+    """The map is sound, or the core says that it may not be."""
+    sound = outcome.error_cm <= BOUND_CM and min(outcome.precision, outcome.recall) >= BOUND_SHARE
+    return outcome.ended_well and sound or bool(outcome.said) or outcome.core.state == states.FAILED
