@@ -17,6 +17,7 @@ _MOVED_MM = const(300)       # in that time: who stands may well see the same
 _UM_TICK = const(20)         # 1 mm/s makes so many micrometres a tick
 _WHEEL_UM = const(60000)     # wheels may be so far behind their orders, and by 7/32 of the way
 _STRIKES = const(2)          # windows in a row
+_TELLING_UM = const(600000)  # less way in a window says nothing of 1/32 of it
 _APART = const(1280)         # 10 mm: so far from the estimate fixes may see the robot along its way, in the mean of a hundred
 _MEAN_SHIFT = const(7)
 _FIX_MAX_MM = const(100)     # one fix alone says no more than that
@@ -138,7 +139,7 @@ class SensorWatch:
         else:
             self._strikes = 0
         # Wheels that say more than was ordered may be quick, fixes that lag may be late. Both: there is less way than the wheels say.
-        most = self._ordered_um >> 5
+        most = self._ordered_um >> 5 if self._ordered_um > _TELLING_UM else _TELLING_UM
         more = self._driven_um - self._ordered_um
         if more > most and self._ahead < -_APART or more < -most and self._ahead > _APART:
             self.bits |= ENCODER

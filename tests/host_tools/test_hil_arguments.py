@@ -54,7 +54,7 @@ def expect_refusal(capsys, argv, *words):
     (["--task", "cook"], ("--task cook", "unknown")),
     (["--passes", "2"], ("--passes 2", "not built yet")),
     (["--then", "flat"], ("--then", "not built yet")),
-    (["--faults", "drop=0.1"], ("--faults", "not built yet")),
+    (["--faults", "shake=0.1"], ("--faults shake=0.1", "unknown", "drop=0.1")),
     (["--set", "manhattan"], ("--set manhattan", "FLAG=on")),
     (["--robot", "there-is-none.toml"], ("there-is-none.toml", "not a file")),
     (["--no-such-argument"], ("--no-such-argument", "--help")),
