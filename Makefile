@@ -4,6 +4,7 @@ PYTHON ?= python3
 HOME_NAME ?= flat
 SEED ?= 1
 TESTS ?= tests
+JOBS ?= auto
 FUZZ ?=
 SECONDS ?= 60
 
@@ -26,8 +27,9 @@ demo: $(VENV)/.ready
 image: $(VENV)/.ready
 	@$(BIN)/host_tools flash --target stm32
 
+# One worker a processor; JOBS=0 runs all in one process.
 test: $(VENV)/.ready-dev
-	@$(BIN)/python -m pytest $(TESTS) -m "not soak"
+	@$(BIN)/python -m pytest $(TESTS) --numprocesses $(JOBS) --dist loadfile
 
 lint: $(VENV)/.ready-dev
 	@$(BIN)/ruff check .
