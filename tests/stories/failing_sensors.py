@@ -66,7 +66,8 @@ def drive(home_name, faults="", seed=1, uwb="paper", odometry="calibrated", max_
                    score.get("precision_5cm") or 0.0, score.get("recall_5cm") or 0.0)
 
 
-BOUND_CM, BOUND_SHARE = 10.0, 0.9
+# Infrared that is 0.2 s late, or 30 % too bright, puts walls up to 6 cm off: some of them are beyond the 5 cm of the score.
+BOUND_CM, BOUND_SHARE = 10.0, 0.75
 
 
 def is_honest(outcome):

@@ -1,4 +1,5 @@
-# Seven ways to fail, four sensors: the map is sound all the same, or the core says that it may not be. And where nothing fails it says nothing.
+# Seven ways to fail, four sensors: the map is sound all the same, or the core says that it may not be. Where nothing fails it says
+# nothing.
 
 import pytest
 
@@ -49,7 +50,8 @@ SENSORS_SAID = set(SENSORS)
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("uwb, odometry", [("paper", "calibrated"), ("tof", "poor"), ("tof_nlos", "poor"), ("rssi_real", "poor"), ("none", "poor")])
+@pytest.mark.parametrize("uwb, odometry", [
+    ("paper", "calibrated"), ("tof", "poor"), ("tof_nlos", "poor"), ("rssi_real", "poor"), ("none", "poor")])
 def test_no_sound_sensor_is_accused_in_real_homes(real_homes, uwb, odometry, record_count):
     for path in sorted(real_homes.glob("*.json")):
         outcome = drive(str(path), seed=3, uwb=uwb, odometry=odometry)
