@@ -8,6 +8,9 @@ import sys
 from host_tools.hil_options import SLCAN
 
 
+INCOMPLETE = 3      # the hub's exit code
+
+
 # Contract: `core_link` and `robot_link` are the names that the two peers open, known before start(), `core_path` the
 # pty of the core's adapter; end() ends the hub
 # when the robot has gone, figures() is what it counted. Over socketcan and udp the robot is on that bus by itself, and
@@ -27,6 +30,7 @@ class CanBus:
             self._argv += ["--candump", os.path.abspath(candump)]
         self._argv += [self.core_path, self._robot_end] if link in SLCAN else [self.core_path]
         self._hub = None
+        self._ended = False
         self._figures = {}
         if adapter:
             self._argv, self.robot_link = None, "%s:%s" % (kind, adapter)
@@ -47,8 +51,8 @@ class CanBus:
             self._figures = event
 
     def failure(self):
-        """One sentence if the hub has failed, else nothing."""
-        if self._hub is None or self._hub.poll() in (None, 0):
+        """One sentence if the hub has failed, else nothing. That its candump is incomplete ends no mission: `incomplete` of figures()."""
+        if self._hub is None or self._ended or self._hub.poll() in (None, 0, INCOMPLETE):
             return ""
         said = self._hub.text().splitlines()
         return said[-1].removeprefix("can_hub: ") if said else "the CAN bus ended with code %s" % self._hub.poll()
@@ -56,6 +60,7 @@ class CanBus:
     def end(self):
         """The mission is over: the core sees its adapter go, as on a pty it would see the robot go."""
         if self._hub is not None and self._hub.poll() is None:
+            self._ended = True
             self._hub.stop(1.0)
 
     def figures(self):

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from protocol import states
+from protocol.dialect import CODES
 from protocol.parameters import PARAMETERS
 
 STEP_S = 0.02
@@ -51,6 +52,7 @@ class Mission:
     link: dict | None = None
     map_bytes: bytes | None = None
     damaged: str = ""  # how the log broke off, if it did
+    names: dict = field(default_factory=lambda: CODES)  # of reasons and degraded bits, by number
 
     def parameter(self, name, index=0):
         """The value sent to the core, else the default that it started with."""
@@ -104,6 +106,7 @@ class MissionBuilder:
         self._status = self._hello = self._link = self._info = None
         self.damaged = ""
         self.parameter_names = tuple(row[0] for row in PARAMETERS)   # by the numbers that the messages carry
+        self.names = CODES
 
     def step(self, t_us, step, left, right, ir, records):
         """One STEP; a repeated one is the link's business, not the mission's."""
@@ -210,4 +213,4 @@ class MissionBuilder:
             poses, np.zeros((0, 4)) if truth is None else truth,
             self._turn_rows(row), np.array(self._ir, np.int16).reshape(len(steps), len(self._ir[0]) if self._ir else 0),
             np.array(self._ticks_us, float),
-            self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged)
+            self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged, self.names)

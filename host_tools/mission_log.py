@@ -55,7 +55,7 @@ def _kinds(told, builder):
         raise LogError("The log cannot be read: its schema is none (%s)." % error) from None
     if translation is None:
         return {number: kind for number, kind in BY_ID.items() if kind.NAME in WANTED}
-    builder.parameter_names = tuple(row[0] for row in translation.theirs.parameters)
+    builder.parameter_names, builder.names = tuple(row[0] for row in translation.theirs.parameters), translation.names
     return translation.readable(WANTED)
 
 

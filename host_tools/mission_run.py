@@ -33,8 +33,8 @@ class Outcome:
 
     @property
     def incomplete(self):
-        """A sentence where the disk did not take the whole log."""
-        return self.end.get("incomplete", "")
+        """A sentence where the disk did not take the whole log, or the whole candump."""
+        return "; ".join(filter(None, (part.get("incomplete") for part in (self.end, self.can))))
 
 
 def run_mission(args, home_path, folder, log, truth, progress):
@@ -62,7 +62,7 @@ def run_mission(args, home_path, folder, log, truth, progress):
             # The link's name is ours alone: it tells a user nothing, and is gone by now.
             if bus:
                 outcome.sentence, outcome.can = bus.named(outcome.sentence), bus.figures()
-                if outcome.exit_code in (0, 1) and bus.failure():
+                if outcome.exit_code in (0, 1, 3) and bus.failure():    # robot and core only see that their adapter has gone
                     outcome.exit_code, outcome.sentence = 3, bus.failure()
             else:
                 outcome.sentence = outcome.sentence.replace(link, relay.device if relay is not None else "the link")

@@ -118,10 +118,10 @@ class MonitorSession:
 
     def _speak(self):
         """The names of states and parameters are the core's own."""
-        names = tuple(row[0] for row in self.link.dialect.parameters)
-        if (self.state.state_names, self.state.parameter_names) != (self.link.state_names, names):
+        spoken = self.link.names, tuple(row[0] for row in self.link.dialect.parameters)
+        if (self.state.names, self.state.parameter_names) != spoken:
             self.state.forget_mission()  # it was heard in another schema
-            self.state.state_names, self.state.parameter_names = self.link.state_names, names
+            self.state.names, self.state.parameter_names = spoken
 
     def _check_core(self, now):
         refusal = self.state.hello and self.link.refusal(self.state.hello)

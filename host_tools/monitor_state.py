@@ -9,6 +9,7 @@ terminal, no clock of its own, no port: monitor_rows.py turns this into text.
 import math
 
 from protocol import states
+from protocol.dialect import CODES, name_of, names_of_bits
 from protocol.parameters import PARAMETERS
 
 UNIT_M = 0.005            # map coordinates on the wire are in 5 mm
@@ -29,7 +30,7 @@ class MonitorState:
         self.anchors = {}          # index -> [x_mm, y_mm]
         self.anchor_count = 0
         self.messages = 0
-        self.state_names = states.NAMES     # by number, and those of the parameters: the core's own, once it is known
+        self.names = CODES      # of states and bits by number, and those of the parameters: the core's own, once it is known
         self.parameter_names = tuple(row[0] for row in PARAMETERS)
         self.forget_mission()
 
@@ -58,13 +59,12 @@ class MonitorState:
         number = self.state
         if number is None:
             return "no state yet"
-        return self.state_names[number] if number < len(self.state_names) else "state %d" % number
+        return name_of(self.names["states"], number, "state")
 
     @property
     def degraded(self):
         """What made the mission's result the poorer, by name, once the core has been asked for its status."""
-        bits = self.status.degraded if self.status is not None else 0
-        return [states.DEGRADED[bit] if bit < len(states.DEGRADED) else "bit %d" % bit for bit in range(16) if bits >> bit & 1]
+        return names_of_bits(self.names["degraded"], self.status.degraded) if self.status is not None else []
 
     @property
     def ended(self):

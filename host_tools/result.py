@@ -17,9 +17,9 @@ from host_tools.peers.paper_rule import paper_rule
 from host_tools.peers.uwb_only import positions
 from host_tools.score import score_map
 from protocol import states
+from protocol.dialect import name_of, names_of_bits
 
 STOPS = 20
-DEGRADED = states.DEGRADED
 MAP_STORES = ("vectors", "chains", "regions", "nodes", "edges")
 ERRORS = {"mean_cm": None, "p95_cm": None, "max_cm": None}
 SKELETON = {
@@ -79,10 +79,8 @@ def _status(result, mission):
     if status is None:
         return
     result["finished"] = bool(status["finished"])
-    reason = status["reason"]
-    result["reason"] = states.REASONS[reason] if reason < len(states.REASONS) else "reason %d" % reason
-    result["degraded"] = [DEGRADED[bit] if bit < len(DEGRADED) else "bit %d" % bit
-                          for bit in range(16) if status["degraded"] >> bit & 1]
+    result["reason"] = name_of(mission.names["reasons"], status["reason"], "reason")
+    result["degraded"] = names_of_bits(mission.names["degraded"], status["degraded"])
     result["hash"] = hashes(status)
     if result["finished"]:
         result["map"]["closure_cm"] = {"before": status["closure_before_mm"] / 10, "after": status["closure_after_mm"] / 10}

@@ -34,11 +34,21 @@ class Dialect:
         self.numbers = {row[0]: number for number, row in enumerate(table)}
         self.hash = schema_hash.schema_hash(messages, table)
         handshake = {number: kind for number, kind in BY_ID.items() if number <= HANDSHAKE_MAX}
-        self.by_id = {row[0]: message_class(*row) for row in messages if row[0] > HANDSHAKE_MAX} | handshake
+        ours = {kind.NAME for kind in handshake.values()}
+        self.by_id = {row[0]: message_class(*row) for row in messages if row[0] > HANDSHAKE_MAX and row[1] not in ours} | handshake
         self.by_name = {kind.NAME: kind for kind in self.by_id.values()}
 
     def told(self):
         return told_of(self.messages, self.parameters, self.codes, sorted(self.optional))
+
+
+def name_of(names, number, what):
+    """What a code says; one that has no name goes by its number."""
+    return names[number] if number < len(names) else "%s %d" % (what, number)
+
+
+def names_of_bits(names, bits):
+    return [name_of(names, bit, "bit") for bit in range(bits.bit_length()) if bits >> bit & 1]
 
 
 def dialect_of(told, data=None):

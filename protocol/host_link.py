@@ -91,8 +91,9 @@ class HostLink:
         return OURS.numbers[name] if self.translation is None else self.translation.parameter(name, index, value)
 
     @property
-    def state_names(self):
-        return OURS.codes["states"] if self.translation is None else self.translation.state_names
+    def names(self):
+        # of states, reasons and degraded bits, by the numbers in messages
+        return OURS.codes if self.translation is None else self.translation.names
 
     def _heard(self, message):
         self.foreign[message.NAME] = message

@@ -11,7 +11,7 @@
 from protocol.dialect import HANDSHAKE_MAX, NUMBERS, OURS, SchemaError, dialect_of
 from protocol.messages import MessageError
 
-CODES = {"state": "states", "reason": "reasons"}    # fields whose values have names
+CODES = (("states", "state", 256), ("reasons", "reason", 256), ("degraded", "bit", 16))     # and what one without a name is, how many
 UPDATE = "update the older of the two"
 _EMPTY = {"p10": (0,) * 8, "*": ()}
 
@@ -117,8 +117,9 @@ class Translation:
     # heard(message) gets each message of theirs that says something for which ours has no place, in their class.
     def __init__(self, theirs, ours=OURS, heard=lambda message: None, who="the core"):
         self.theirs, self.ours = theirs, ours
-        self.state_names, states = merged(ours.codes["states"], theirs.codes["states"])
-        self._reasons, reasons = merged(ours.codes["reasons"], theirs.codes["reasons"])
+        joined = {what: merged(ours.codes[what], theirs.codes[what], word, count) for what, word, count in CODES}
+        self.names = {what: names for what, (names, _) in joined.items()}   # ours, and behind them those that only they have
+        states, reasons, self._degraded = (numbers for _, numbers in joined.values())
         ids = {kind.ID: ours.by_name[kind.NAME].ID for kind in theirs.by_id.values() if kind.NAME in ours.by_name}
         codes = {"state": lambda value: states.get(value, value), "reason": lambda value: reasons.get(value, value),
                  "degraded": lambda value: self._bits(value), "message_id": lambda value: ids.get(value, value)}
@@ -205,19 +206,16 @@ class Translation:
         return None
 
     def _bits(self, value):
-        ours, theirs = self.ours.codes["degraded"], self.theirs.codes["degraded"]
-        bits = 0
-        for at in range(16):
-            if value >> at & 1:
-                name = theirs[at] if at < len(theirs) else ""
-                bits |= 1 << (ours.index(name) if name in ours else at)
-        return bits
+        return sum(1 << place for place in {self._degraded[at] for at in range(16) if value >> at & 1})
 
 
-def merged(ours, theirs):
-    """(our names and behind them those that only they have, {their number: its number in these})"""
-    names = tuple(ours) + tuple(name for name in dict.fromkeys(theirs) if name not in ours)
-    return names, {number: names.index(name) for number, name in enumerate(theirs)}
+def merged(ours, theirs, word, count):
+    """(our names and behind them those that only they have, {their number: its number in these}); what they have no name for
+    must not pass for what we have one for."""
+    theirs = (*theirs, *("%s %d" % (word, number) for number in range(len(theirs), count)))
+    names = (*ours, *(name for name in dict.fromkeys(theirs) if name not in ours))
+    places = {name: number for number, name in reversed(tuple(enumerate(names)))}
+    return names, {number: places[name] for number, name in enumerate(theirs)}
 
 
 def bare(kind):

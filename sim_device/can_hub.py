@@ -15,15 +15,17 @@ from protocol.can_cutter import NODE, START, STEP_PRIORITY
 from sim_device.links.can_bus import CanBus
 from sim_device.links.pty import LinkError
 from sim_device.links.slcan_adapter import SlcanAdapter
+from sim_device.links.trace import GrowingFile, TraceError
 
 ABSENT_MS = 20      # how often we look who has come
+EXIT_BAD_INPUT, EXIT_INCOMPLETE = 2, 3
 SPIN_S = 0.0003     # in lockstep the next frame is nearer than being woken takes; see links/pty.py
 SLEEPS = 50
 STEP_ID = b"%03X" % (STEP_PRIORITY | NODE << 6 | 1)     # of a STEP's CAN frames
 
 
 # Owns the adapters. turn() waits for text on any of them and carries what comes of it over the bus; run() does so until
-# stop() is true. `candump`, a text file, gets every frame. `step_s_max`: for how long the busiest step would keep the bus,
+# stop() is true. `candump`, a GrowingFile, gets every frame. `step_s_max`: for how long the busiest step would keep the bus,
 # from its STEP to the next.
 class CanHub:
     def __init__(self, paths, bus=None, candump=None, uplink=None):
@@ -78,7 +80,7 @@ class CanHub:
                 for controller in receivers:
                     self._by_controller[controller].deliver(frame)
                 if self._candump is not None:
-                    self._candump.write("(%.6f) can0 %s\n" % (time.time(), frame.candump()))
+                    self._candump.add(b"(%.6f) can0 %s\n" % (time.time(), frame.candump().encode()))
                 carried += 1
             if not any([adapter.waiting for adapter in self.adapters]):
                 break
@@ -130,23 +132,25 @@ def main(argv=None):
     parser.add_argument("--candump", metavar="FILE", help="keep every frame, as `candump -L` does")
     parser.add_argument("--uplink", metavar="BUS", help="join the bus to this one: socketcan:NAME or udp")
     options = parser.parse_args(argv)
-    asked = []
+    asked, candump = [], None
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda number, _: asked.append(number))
     try:
         with contextlib.ExitStack() as stack:
-            candump = options.candump and stack.enter_context(open(options.candump, "w", encoding="ascii", buffering=1 << 16))
-            hub = CanHub(options.paths, candump=candump or None, uplink=options.uplink)
+            if len(set(map(os.path.abspath, options.paths))) < len(options.paths):
+                raise LinkError("two of the adapters have one name: give another")
+            candump = stack.enter_context(contextlib.closing(GrowingFile(options.candump))) if options.candump else None
+            hub = CanHub(options.paths, candump=candump, uplink=options.uplink)
             stack.callback(hub.close)
             hub.run(lambda: bool(asked))
-            print(json.dumps({"event": "bus", **hub.figures()}), flush=True)
-    except LinkError as error:
+    except (LinkError, TraceError) as error:
         print("can_hub: %s" % error, file=sys.stderr)
-        return 2
-    except OSError as error:
-        print("can_hub: %s cannot be written: %s" % (options.candump, (error.strerror or str(error)).lower()), file=sys.stderr)
-        return 2
-    return 0
+        return EXIT_BAD_INPUT
+    incomplete = candump.failure if candump else ""     # a full disk stops no bus
+    print(json.dumps({"event": "bus", **hub.figures(), "incomplete": incomplete}), flush=True)
+    if incomplete:
+        print("can_hub: %s" % incomplete, file=sys.stderr)
+    return EXIT_INCOMPLETE if incomplete else 0
 
 
 if __name__ == "__main__":

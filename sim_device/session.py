@@ -5,6 +5,7 @@ import zlib
 from array import array
 
 from protocol import parameters, schema, states
+from protocol.dialect import name_of
 from protocol.messages import BY_NAME
 from sim_device.free_run import TICK_MS, FreeRun
 from sim_device.last_place import LastPlace
@@ -103,13 +104,13 @@ class Session:
 
     def summary(self, reason):
         """The end event's fields. `finished` is what the core says of itself."""
-        peer, robot, status = self.peer, self.robot, self.status
+        peer, robot, status, names = self.peer, self.robot, self.status, self.peer.link.names
         if not reason:
             code = states.REASON_NONE if status is None else status.reason
-            reason = states.REASONS[code] if code < len(states.REASONS) else "reason %d" % code
+            reason = name_of(names["reasons"], code, "reason")
         robot_s = self.step * STEP_S
         return {
-            "finished": bool(status is not None and status.finished), "reason": reason, "state": peer.link.state_names[self.state],
+            "finished": bool(status is not None and status.finished), "reason": reason, "state": name_of(names["states"], self.state, "state"),
             "steps": self.step, "robot_s": round(robot_s, 2), "wall_s": round(self.wall_s, 3),
             "real_time_factor": round(robot_s / self.wall_s, 1) if self.wall_s else None,
             "path_m": round(robot.path_m, 3), "contacts": robot.contacts,

@@ -57,7 +57,8 @@ class SensorWatch:
         self._echo_wild = 0
         self._silent = 0
         self._sums = None       # of the UWB's least squares (uwb.py)
-        self._ahead = 0         # mean of what the fixes say, mm << _MEAN_SHIFT
+        self._off = False       # the wheels are off their orders: what do the fixes say?
+        self._ahead = 0         # the mean of that, mm << _MEAN_SHIFT
 
     def begin(self, transmitters, sums, odometry):
         self._uwb = transmitters
@@ -89,7 +90,7 @@ class SensorWatch:
         self._right_um += right_um - right_mm_s
         self._driven_um += abs(left_um) + abs(right_um) >> 1
         self._ordered_um += abs(left_mm_s) + abs(right_mm_s) >> 1
-        if here.due == 1:
+        if self._off and here.due == 1:
             self._ahead += ahead_mm(self._sums, here.heading_bam) - (self._ahead >> _MEAN_SHIFT)
         if tick & _WINDOW == 0:
             self._judge(odometry)
@@ -139,9 +140,14 @@ class SensorWatch:
         else:
             self._strikes = 0
         # Wheels that say more than was ordered may be quick, fixes that lag may be late. Both: there is less way than the wheels say.
-        most = self._ordered_um >> 5 if self._ordered_um > _TELLING_UM else _TELLING_UM
         more = self._driven_um - self._ordered_um
-        if more > most and self._ahead < -_APART or more < -most and self._ahead > _APART:
+        most = self._ordered_um >> 5
+        if self._ordered_um < _TELLING_UM:
+            return
+        self._off = more > most or more < -most
+        if not self._off:
+            self._ahead = 0
+        elif more > 0 and self._ahead < -_APART or more < 0 and self._ahead > _APART:
             self.bits |= ENCODER
 
     def _open(self, o):

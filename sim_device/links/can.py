@@ -30,11 +30,6 @@ KINDS = ("slcan-fd", "slcan", "socketcan", "udp")
 DOWN, UP = 0, 1
 
 
-def is_can(name):
-    """Whether this name of a link means a CAN bus."""
-    return name == "udp" or name.partition(":")[0] in KINDS and ":" in name
-
-
 # Stands in for a Pty towards Peer: read() gives whole frames, write() takes one. Nobody's absence is seen on a bus, so
 # read() is never None. What comes off the bus never raises; an adapter that goes is a PeerError.
 class CanLink:
@@ -183,6 +178,8 @@ class Adapter(slcanBus):
 
 def open_bus(kind, channel, wait_s=WAIT_S):
     """python-can's bus of that kind. LinkError, one sentence, where it cannot be had."""
+    if kind not in KINDS or not channel and kind != "udp":
+        raise LinkError("%s is no CAN bus: give slcan:PORT, slcan-fd:PORT, socketcan:NAME or udp" % (kind + (":" if kind in KINDS else "")))
     if kind in ("slcan", "slcan-fd"):
         return _open_adapter(channel, kind == "slcan-fd", wait_s)
     try:
@@ -204,5 +201,6 @@ def _open_adapter(path, fd, wait_s):
     try:
         return Adapter(path, **rate)
     except (can.CanError, serial.SerialException, OSError, ValueError) as error:
+        number = getattr(error.__cause__ or error, "errno", None)
         raise LinkError("%s is no CAN adapter that can be opened (%s): give the serial port of one that speaks SLCAN" % (
-            path, error)) from None
+            path, os.strerror(number).lower() if number else error)) from None

@@ -102,10 +102,16 @@ class FrameLog(GrowingFile):
     def speaks(self, dialect):
         """Another head takes the place of the one that is there; what follows it stays."""
         self.flush()
-        with open(self.path, "rb") as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise TraceError("%s is no regular file: the log of a core of another schema needs one" % self.path)
-            kept = file.read()[len(self._head):]
+        if self.failure:
+            return      # what is there stays
+        try:
+            with open(self.path, "rb") as file:
+                if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                    raise TraceError("%s is no regular file: the log of a core of another schema needs one" % self.path)
+                kept = file.read()[len(self._head):]
+        except OSError as error:
+            raise TraceError("%s cannot be read, which the log of a core of another schema needs: %s" % (
+                self.path, error.strerror or error)) from None
         self._head = LogWriter().head(dialect, **self._notes)
         os.ftruncate(self._file.fileno(), 0)
         self.bytes = 0

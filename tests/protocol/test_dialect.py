@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol import schema, states
-from protocol.dialect import BITS, OURS, SchemaError, dialect_of, from_text
+from protocol.dialect import BITS, OURS, SchemaError, dialect_of, from_text, name_of, names_of_bits
 from protocol.frame_reader import BOTH
 from protocol.host_link import HostLink
 from protocol.messages import BY_NAME, MessageError
@@ -150,7 +150,7 @@ def test_states_are_followed_by_name():
     answer = read(theirs, "STEP_RSP", 1, 2, 3, 1 + states.FOLLOW, 0, 9)
     assert answer == BY_NAME["STEP_RSP"](1, 2, 3, states.FOLLOW, 0, 9)
     unknown = read(theirs, "STEP_RSP", 1, 2, 3, 0, 0, 9)
-    assert translation.state_names[unknown.state] == "SLEEP" and unknown.state >= len(states.NAMES)
+    assert translation.names["states"][unknown.state] == "SLEEP" and unknown.state >= len(states.NAMES)
 
 
 def test_reasons_and_degraded_bits_too():
@@ -162,6 +162,31 @@ def test_reasons_and_degraded_bits_too():
     values[3], values[4] = len(states.REASONS) - 1 - states.REASON_STUCK, 0b0001
     status = read(theirs, "STATUS_RSP", *values)
     assert (status.reason, status.degraded) == (states.REASON_STUCK, 1 << len(states.DEGRADED) - 1)
+
+
+def test_a_code_of_theirs_never_passes_for_another_one_of_ours():
+    new = told()
+    new["reasons"][1], new["degraded"][1] = "the battery is empty", "battery"
+    theirs = dialect_of(new)
+    names = Translation(theirs).names
+    values = [0] * len(BY_NAME["STATUS_RSP"].FIELDS)
+    values[3], values[4] = 1, 0b10 | 1 << 12
+    status = read(theirs, "STATUS_RSP", *values)
+    assert name_of(names["reasons"], status.reason, "reason") == "the battery is empty"
+    assert names_of_bits(names["degraded"], status.degraded) == ["battery", "bit 12"]
+    new["states"] = new["states"][:3]   # it says a state for which it has told no name
+    theirs = dialect_of(new)
+    answer = read(theirs, "STEP_RSP", 1, 2, 3, 5, 0, 9)
+    assert Translation(theirs).names["states"][answer.state] == "state 5" and answer.state >= len(states.NAMES)
+
+
+def test_the_handshake_has_no_second_id():
+    new = told()
+    hello = next(row for row in new["messages"] if row[1] == "HELLO")
+    new["messages"].append([0x7E, *hello[1:]])
+    hello[1] = "HELLO_OF_OLD"
+    theirs = dialect_of(new)
+    assert 0x7E not in theirs.by_id and theirs.by_name["HELLO"] is BY_NAME["HELLO"]
 
 
 def test_an_error_names_our_message():

@@ -14,6 +14,7 @@ import pytest
 
 from sim_device.faults import parse
 from sim_device.links.slcan_adapter import LINE_MAX
+from sim_device.links.trace import GrowingFile
 from tests.sim_device.can_story import mission, running_hub
 from tests.sim_device.lockstep import PROJECT
 
@@ -42,7 +43,7 @@ def answers(fd, text):
 
 
 def test_python_can_on_three_adapters_of_one_bus(tmp_path):
-    dump = io.StringIO()
+    dump = GrowingFile(str(tmp_path / "dump"))
     with running_hub(tmp_path, "a", "b", "c", candump=dump) as (hub, paths):
         a, b, c = [adapter(path) for path in paths]
         until(lambda: all(one.open for one in hub.bus.controllers), "all three have opened their channel")
@@ -58,9 +59,11 @@ def test_python_can_on_three_adapters_of_one_bus(tmp_path):
         assert a.recv(0.05) is None, "nobody hears himself"
         for bus in (a, b, c):
             bus.shutdown()
-    lines = dump.getvalue().splitlines()
+    dump.close()
+    text = (tmp_path / "dump").read_text()
+    lines = text.splitlines()
     assert len(lines) == len(sent) and lines[-1].endswith("can0 2A0##1" + "00" * 48)
-    read = list(can.CanutilsLogReader(io.StringIO(dump.getvalue())))
+    read = list(can.CanutilsLogReader(io.StringIO(text)))
     assert [(m.arbitration_id, bytes(m.data)) for m in read] == [(m.arbitration_id, bytes(m.data)) for m in sent]
 
 
@@ -117,11 +120,14 @@ def test_by_hand_it_tells_what_it_counted_and_what_is_wrong(tmp_path):
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=20)
     assert process.returncode == 0 and json.loads(out) == {
-        "event": "bus", "frames": 0, "busy_s": 0.0, "lost": 0, "refused": 0, "step_s_max": 0.0, "dropped": 0}
+        "event": "bus", "frames": 0, "busy_s": 0.0, "lost": 0, "refused": 0, "step_s_max": 0.0, "dropped": 0, "incomplete": ""}
     assert not (tmp_path / "a").exists()
     (tmp_path / "taken").write_text("mine")
-    done = subprocess.run([*argv, str(tmp_path / "taken")], cwd=PROJECT, capture_output=True, text=True, timeout=20)
-    assert done.returncode == 2 and "taken" in done.stderr and len(done.stderr.splitlines()) == 1
+    one = str(tmp_path / "one")
+    for more, words in (([str(tmp_path / "taken")], "taken"), ([one, one], "one name"), ([one, "--candump", str(tmp_path)], "written"),
+                        ([one, "--uplink", "ethernet"], "ethernet is no CAN bus"), ([one, "--uplink", "socketcan:"], "no CAN bus")):
+        done = subprocess.run([*argv, *more], cwd=PROJECT, capture_output=True, text=True, timeout=20)
+        assert done.returncode == 2 and words in done.stderr and len(done.stderr.splitlines()) == 1
     assert (tmp_path / "taken").read_text() == "mine"
 
 
