@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from host_tools.mission import STEP_S
 from protocol import states
+from protocol.dialect import name_of
 
 OF_THE_TARGET = {"STATUS_RSP": ("heap_bytes", "heap_used_bytes", "heap_locked", "allocated_after_boot_bytes", "late_ticks", "late_ms")}
 HEX = ("hash16", "steps_lo", "steps_hi", "map_lo", "map_hi")
@@ -85,7 +86,7 @@ def robot_s(step):
 
 
 def state_name(state):
-    return states.NAMES[state] if state < len(states.NAMES) else "state %d" % state
+    return name_of(states.NAMES, state, "state")
 
 
 def as_json(message):

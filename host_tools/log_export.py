@@ -75,9 +75,13 @@ def _writers(args, told, kinds):
     wanted = [(name, path) for name, path in (("--csv", args.csv), ("--candump", args.candump), ("--mcap", args.mcap)) if path]
     if not wanted:
         raise UsageError("nothing to write; give --csv DIR, --candump FILE or --mcap FILE")
+    if args.fd and not args.candump:
+        raise UsageError("--fd is how --candump writes its frames; give --candump FILE, too")
+    taken = {os.path.realpath(args.log): "the log"}
     for name, path in wanted:
-        if os.path.realpath(path) == os.path.realpath(args.log):
-            raise UsageError("%s %s is the log, which would be overwritten; give another name" % (name, path))
+        other = taken.setdefault(os.path.realpath(path), "that of " + name)
+        if other != "that of " + name:
+            raise UsageError("%s %s is %s, which would be overwritten; give another name" % (name, path, other))
         if name != "--csv":
             check_file(name, path)
     if args.candump:

@@ -25,11 +25,6 @@ NAMES = (
     "GOTO", "FOLLOW_ISLAND", "SWEEP", "BUILD", "BUMP", "FAILED", "DONE", "STUCK", "LOST",
 )
 
-
-def name_of(number):
-    return NAMES[number] if 0 <= number < len(NAMES) else "state %d" % number
-
-
 # STATUS_RSP.degraded, bit by bit: the store that ran full, the sensor that cannot be believed
 DEGRADED = ("vectors", "chains", "topology", "search", "encoder", "infrared", "ultrasonic", "uwb")
 

@@ -4,7 +4,6 @@ import json
 import sys
 import time
 
-from protocol import states
 
 PLAIN_EVERY_S = 5.0
 _END = ("%(verdict)s: %(reason)s (%(state)s). %(robot_s).1f s of robot time, %(path_m).1f m, %(contacts)d contacts; "
@@ -69,7 +68,7 @@ class PlainReport:
             return
         self._next_s = now_s + PLAIN_EVERY_S
         counted = "  ".join("%s %d" % (key, fields[key]) for key in ("points", "vectors") if fields[key] is not None)
-        line = "robot %7.1f s  path %6.1f m  %-13s %s" % (fields["robot_s"], fields["path_m"], states.name_of(fields["state"]), counted)
+        line = "robot %7.1f s  path %6.1f m  %-13s %s" % (fields["robot_s"], fields["path_m"], fields["state"], counted)
         if self._live:
             self._stream.write("\r\x1b[K" + line)
             self._stream.flush()

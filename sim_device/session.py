@@ -104,13 +104,13 @@ class Session:
 
     def summary(self, reason):
         """The end event's fields. `finished` is what the core says of itself."""
-        peer, robot, status, names = self.peer, self.robot, self.status, self.peer.link.names
+        peer, robot, status = self.peer, self.robot, self.status
         if not reason:
             code = states.REASON_NONE if status is None else status.reason
-            reason = name_of(names["reasons"], code, "reason")
+            reason = name_of(peer.link.names["reasons"], code, "reason")
         robot_s = self.step * STEP_S
         return {
-            "finished": bool(status is not None and status.finished), "reason": reason, "state": name_of(names["states"], self.state, "state"),
+            "finished": bool(status is not None and status.finished), "reason": reason, "state": self._state_name,
             "steps": self.step, "robot_s": round(robot_s, 2), "wall_s": round(self.wall_s, 3),
             "real_time_factor": round(robot_s / self.wall_s, 1) if self.wall_s else None,
             "path_m": round(robot.path_m, 3), "contacts": robot.contacts,
@@ -121,6 +121,10 @@ class Session:
             "stores": {name: store._asdict() for name, store in peer.stores.items()},
             "map_bytes": None if self.map_bytes is None else len(self.map_bytes),
         }
+
+    @property
+    def _state_name(self):
+        return name_of(self.peer.link.names["states"], self.state, "state")
 
     def _set_parameters(self, dock):
         told = {**self.robot.parameters(), **self._settings, **dock}
@@ -182,7 +186,7 @@ class Session:
         heap = memory or peer.hello
         self._report.event(
             "progress", step=self.step, robot_s=round(robot_s, 2), wall_s=round(wall_s, 2),
-            path_m=round(robot.path_m, 2), state=self.state, contacts=robot.contacts,
+            path_m=round(robot.path_m, 2), state=self._state_name, contacts=robot.contacts,
             x_m=round(robot.x_m, 3), y_m=round(robot.y_m, 3), theta_rad=round(robot.theta_rad, 4),
             points=pose and pose.points, vectors=pose and pose.vectors, fixes=pose and pose.fixes, bumps=pose and pose.bumps,
             estimate_x_m=pose and pose.x_um / 1e6, estimate_y_m=pose and pose.y_um / 1e6,

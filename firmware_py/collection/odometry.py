@@ -58,9 +58,8 @@ class Odometry:
         self._bam_q13 = self._told_q13 + self._told_q13 // 64 * track // 1024
 
     def way_um(self, pulses):
-        # Of one wheel in one tick; what cannot be is nothing, as for update().
-        most = self._pulses_max
-        return pulses * self._um_q12 >> 12 if -most <= pulses <= most else 0
+        # Of one wheel, in as many as 2**15 pulses, to 16 of them.
+        return (pulses >> 4) * (self._um_q12 >> 8)
 
     def update(self, left, right):
         most = self._pulses_max

@@ -14,6 +14,7 @@ _SONAR = const(11)
 _UWB = const(13)
 _WINDOW = const(255)         # ticks, less one: 5 s
 _MOVED_MM = const(300)       # in that time: who stands may well see the same
+_PULSES_MAX = const(64)
 _UM_TICK = const(20)         # 1 mm/s makes so many micrometres a tick
 _WHEEL_UM = const(60000)     # wheels may be so far behind their orders, and by 7/32 of the way
 _STRIKES = const(2)          # windows in a row
@@ -42,10 +43,12 @@ class SensorWatch:
         self.bits = 0
         self._uwb = False
         self._unheard = 0
-        self._left_um = 0       # the wheels' way less that of their orders
-        self._right_um = 0
-        self._ordered_um = 0
-        self._driven_um = 0
+        self._left = 0          # sums of the window: pulses, and those either way
+        self._right = 0
+        self._driven = 0
+        self._left_mm_s = 0     # likewise what was ordered
+        self._right_mm_s = 0
+        self._ordered_mm_s = 0
         self._strikes = 0
         self._path_mm = 0       # where the window began
         self._beam = 0          # count of the beam whose turn it is, a tick ago
@@ -82,17 +85,19 @@ class SensorWatch:
             if self._unheard > _UNHEARD_TICKS:
                 self.bits |= UWB
                 self._unheard = 0
-        left_mm_s *= _UM_TICK   # um in this tick, from here on
-        right_mm_s *= _UM_TICK
-        left_um = odometry.way_um(values[_LEFT])
-        right_um = odometry.way_um(values[_LEFT + 1])
-        self._left_um += left_um - left_mm_s
-        self._right_um += right_um - right_mm_s
-        self._driven_um += abs(left_um) + abs(right_um) >> 1
-        self._ordered_um += abs(left_mm_s) + abs(right_mm_s) >> 1
+        left = values[_LEFT]
+        right = values[_LEFT + 1]
+        if left > _PULSES_MAX or left < -_PULSES_MAX or right > _PULSES_MAX or right < -_PULSES_MAX:
+            left = right = 0  # as in the odometry
+        self._left += left
+        self._right += right
+        self._driven += abs(left) + abs(right)
+        self._left_mm_s += left_mm_s
+        self._right_mm_s += right_mm_s
+        self._ordered_mm_s += abs(left_mm_s) + abs(right_mm_s)
         if self._off and here.due == 1:
             self._ahead += ahead_mm(self._sums, here.heading_bam) - (self._ahead >> _MEAN_SHIFT)
-        if tick & _WINDOW == 0:
+        if tick & _WINDOW == 37:
             self._judge(odometry)
             self._open(odometry)
         return self.bits
@@ -132,17 +137,20 @@ class SensorWatch:
     def _judge(self, o):
         if o.path_mm - self._path_mm > _MOVED_MM and self._beams != 255:
             self.bits |= INFRARED
-        most = _WHEEL_UM + (self._ordered_um * 7 >> 5)
-        if abs(self._left_um) > most or abs(self._right_um) > most:
+        ordered_um = self._ordered_mm_s * (_UM_TICK // 2)
+        most = _WHEEL_UM + (ordered_um * 7 >> 5)
+        left_um = o.way_um(self._left) - self._left_mm_s * _UM_TICK
+        right_um = o.way_um(self._right) - self._right_mm_s * _UM_TICK
+        if left_um > most or left_um < -most or right_um > most or right_um < -most:
             self._strikes += 1
             if self._strikes >= _STRIKES:
                 self.bits |= ENCODER
         else:
             self._strikes = 0
         # Wheels that say more than was ordered may be quick, fixes that lag may be late. Both: there is less way than the wheels say.
-        more = self._driven_um - self._ordered_um
-        most = self._ordered_um >> 5
-        if self._ordered_um < _TELLING_UM:
+        more = (o.way_um(self._driven) >> 1) - ordered_um
+        most = ordered_um >> 5
+        if ordered_um < _TELLING_UM:
             return
         self._off = more > most or more < -most
         if not self._off:
@@ -152,10 +160,12 @@ class SensorWatch:
 
     def _open(self, o):
         self._beams = 0
-        self._left_um = 0
-        self._right_um = 0
-        self._ordered_um = 0
-        self._driven_um = 0
+        self._left = 0
+        self._right = 0
+        self._driven = 0
+        self._left_mm_s = 0
+        self._right_mm_s = 0
+        self._ordered_mm_s = 0
         self._path_mm = o.path_mm
 
 

@@ -130,6 +130,8 @@ class FakeCore:
         self.executed += 1
         done = step >= self.options.steps
         state = states.FOLLOW if not done else states.FAILED if self.options.fault == "fails" else states.DONE
+        if self.options.fault == "odd_state" and not done:
+            state = 200
         for i, value in enumerate((step, 60, 80, state, 0, step & 0xFFFF)):
             self.link.out[i] = value
         self.link.send(ID["STEP_RSP"])

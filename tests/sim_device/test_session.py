@@ -89,6 +89,12 @@ def test_a_core_that_fails_is_named_in_one_sentence(story, fault, sentence):
         assert events[-1]["steps"] == 99 and events[-1]["resent"] >= 10
 
 
+def test_a_state_without_a_name_goes_by_its_number(story):
+    code, events, err = story.run("--max-robot-s", "2", core=("--fault", "odd_state"))
+    assert code == 1 and events[-1]["state"] == "state 200" and err == ""
+    assert "state 200" in {event["state"] for event in events if event["event"] == "progress"}
+
+
 def test_a_core_that_starts_anew_begins_its_mission_where_the_robot_stands(story, tmp_path):
     code, events, err = story.run("--log", str(tmp_path / "log"), core=("--fault", "restarts", "--steps", 200))
     assert (code, err) == (0, "")
