@@ -1,5 +1,6 @@
 # The whole SLAM: owns the storage, runs the layers once a step. The only file that joins them.
 
+from .building.builder import Builder
 from .building.closure import Closure
 from .building.outline import Outline, CLOSING, ISLAND, STRAY, STALE, DONE as OUTLINE_DONE
 from .building.partition import Partition
@@ -17,10 +18,11 @@ from .collection.localization import Localization
 from .collection.odometry import Odometry
 from .collection.relocation import Relocation, FOUND, SEEKING
 from .collection.search import Search
-from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST
+from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST, SAVE
 from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
 from .parameters import Parameters
+from .record import Record
 from .storage.barrier_list import BarrierList
 from .storage.breadcrumbs import Breadcrumbs
 from .storage.frame import Frame
@@ -28,6 +30,7 @@ from .storage.hit_ring import HitRing
 from .storage.map_image import MapImage
 from .storage.point_ring import PointRing
 from .storage.region_graph import RegionGraph
+from .storage.slots import Slots
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
@@ -43,6 +46,7 @@ DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
 DEGRADED_TOPOLOGY = 4
 DEGRADED_SEARCH = 8
+DEGRADED_STORAGE = 16
 
 _IR = const(3)               # where things stand in the values of a STEP
 _SONAR = const(11)
@@ -90,7 +94,7 @@ class Tvslam:
         self._flags = 0
         self._threshold_mm = 160
         self._since_mm = 0
-        self._stage = 0       # of the building
+        self._then = 0        # the state after SAVE
         self._margin = 36
         self.vectors = VectorStore()
         self.hits = HitRing()
@@ -122,6 +126,9 @@ class Tvslam:
         self.turning_points = TurningPoints(self.points, self.walls, self.localization)
         self.closure = Closure(self.vectors)
         self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure, self.sight)
+        self.builder = Builder(self.outline, self.tidy, self.partition, self.topology)
+        self.record = Record(self)
+        self.slots = Slots(self.record, self.parameters)
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
@@ -151,6 +158,10 @@ class Tvslam:
         self._margin = (p.of("body_radius") + _ROOM_MM) // 5
         self.outline.spread = flags & _SPREAD != 0
         self._threshold_mm = p.of("ir_threshold")
+        if self.slots.found:
+            self.record.resume()
+            self.tally.mix(self.slots.crc[0])
+            self.tally.mix(self.slots.crc[1])
 
     def step(self, values):
         o = self.odometry
@@ -178,8 +189,11 @@ class Tvslam:
         if e.mapping:
             self._map(x_mm, y_mm)
         if e.state == BUILD:
-            if self._build():
-                e.end(DONE)
+            if self.builder.step(self._margin):
+                self._sealed()
+        elif e.state == SAVE:
+            if self.outline.settled() and self.slots.save():
+                e.state = self._then
         elif e.state == FAILED and not self.reason:
             self._end(_REASON_STUCK, e.inside)  # what is known of the home is built all the same
         elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:
@@ -208,26 +222,18 @@ class Tvslam:
         elif said != SEEKING:
             self._end(_REASON_LOST, self.explorer.inside)
 
-    def _build(self):
-        # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
-        if self._stage == 0:
-            if self.outline.settled() and self.tidy.step():
-                self.partition.begin()
-                self._stage = 1
-        elif self._stage == 1:
-            if self.partition.step():
-                self.topology.begin(self._margin)
-                self._stage = 2
-        elif self._stage == 2:
-            if self.topology.step():
-                self._stage = 3
-                if self.graph.lost:
-                    self.degraded |= DEGRADED_TOPOLOGY
-        elif self.outline.build():
-            self.tally.mix(self.image.crc[0])
-            self.tally.mix(self.image.crc[1])
-            return True
-        return False
+    def _sealed(self):
+        self.tally.mix(self.image.crc[0])
+        self.tally.mix(self.image.crc[1])
+        if self.graph.lost:
+            self.degraded |= DEGRADED_TOPOLOGY
+        self.explorer.end(DONE)
+
+    def _save(self):
+        # Where there is a memory, the robot stands until what is mapped by now is in it, and then does what it was about to do.
+        if self.slots.ready:
+            self._then = self.explorer.state
+            self.explorer.end(SAVE)
 
     def _map(self, x_mm, y_mm):
         e = self.explorer
