@@ -19,6 +19,7 @@ from .collection.odometry import Odometry
 from .collection.relocation import Relocation, FOUND, SEEKING
 from .collection.search import Search
 from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST, SAVE
+from .collection.states import REASON_CLOSED, REASON_NO_WALL, REASON_STORE_FULL, REASON_STUCK, REASON_TOO_LONG, REASON_LOST
 from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
 from .parameters import Parameters
@@ -34,14 +35,7 @@ from .storage.slots import Slots
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
-# protocol/states.py
-_REASON_CLOSED = const(1)
-_REASON_NO_WALL = const(2)
-_REASON_STORE_FULL = const(3)
-_REASON_STUCK = const(4)
-_REASON_TOO_LONG = const(5)
-_REASON_LOST = const(6)
-# STATUS_RSP.degraded: which store ran full
+# STATUS_RSP.degraded: which store ran full; the map is not kept
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
 DEGRADED_TOPOLOGY = 4
@@ -160,8 +154,6 @@ class Tvslam:
         self._threshold_mm = p.of("ir_threshold")
         if self.slots.found:
             self.record.resume()
-            self.tally.mix(self.slots.crc[0])
-            self.tally.mix(self.slots.crc[1])
 
     def step(self, values):
         o = self.odometry
@@ -195,9 +187,9 @@ class Tvslam:
             if self.outline.settled() and self.slots.save():
                 e.state = self._then
         elif e.state == FAILED and not self.reason:
-            self._end(_REASON_STUCK, e.inside)  # what is known of the home is built all the same
+            self._end(REASON_STUCK, e.inside)  # what is known of the home is built all the same
         elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:
-            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, e.inside)
+            self._end(REASON_TOO_LONG if e.mapping or self.vectors.used else REASON_NO_WALL, e.inside)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
@@ -220,18 +212,20 @@ class Tvslam:
         if said == FOUND:
             self.explorer.leave()
         elif said != SEEKING:
-            self._end(_REASON_LOST, self.explorer.inside)
+            self._end(REASON_LOST, self.explorer.inside)
 
     def _sealed(self):
         self.tally.mix(self.image.crc[0])
         self.tally.mix(self.image.crc[1])
         if self.graph.lost:
             self.degraded |= DEGRADED_TOPOLOGY
+        if self.slots.lost():
+            self.degraded |= DEGRADED_STORAGE
         self.explorer.end(DONE)
 
     def _save(self):
         # Where there is a memory, the robot stands until what is mapped by now is in it, and then does what it was about to do.
-        if self.slots.ready:
+        if self.slots.ready and self.explorer.state != FAILED:
             self._then = self.explorer.state
             self.explorer.end(SAVE)
 
@@ -256,15 +250,16 @@ class Tvslam:
             self.localization.closed(self.closure.x_mm, self.closure.y_mm)
             e.inside = True
             e.leave()
-        elif came == STALE:
-            self.outline.give_up()
+        elif came == STALE or came == ISLAND:
+            if came == STALE:
+                self.outline.give_up()
             e.leave()
         elif came == STRAY:
             e.be_wary(self.outline.loop_mm + _PAST_MM)
-        elif came == ISLAND:
-            e.leave()
         elif self.vectors.lost or self.vectors.chains_lost:
-            self._end(_REASON_STORE_FULL, True)
+            self._end(REASON_STORE_FULL, True)
+        if e.state == SELECT and self.record.news():
+            self._save()
 
     def _look_inside(self, sonar_mm):
         # The outline is known. What else stands here?
@@ -274,7 +269,7 @@ class Tvslam:
             self._since_mm = self.odometry.path_mm
             self.turning_points.visit(SELECT, self.odometry.path_mm)
             if self.outline.settled() and s.select(e, self.localization):
-                self._end(_REASON_CLOSED, True)
+                self._end(REASON_CLOSED, True)
             return
         if e.state > SWEEP:
             return
@@ -298,6 +293,7 @@ class Tvslam:
             self.degraded |= DEGRADED_VECTORS
         if self.vectors.chains_lost:
             self.degraded |= DEGRADED_CHAINS
-        if self.explorer.inside and (reason != _REASON_CLOSED or not self.search.complete()):
+        if self.explorer.inside and (reason != REASON_CLOSED or not self.search.complete()):
             self.degraded |= DEGRADED_SEARCH
         self.explorer.end(BUILD if good else FAILED)
+        self._save()

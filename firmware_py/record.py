@@ -193,10 +193,9 @@ class Record:
         e = core.explorer
         e.inside = core.outline.whole = self._fields[_INSIDE] != 0
         core.localization.restart(_PLACE, _ASKEW)
-        if core.reason:
-            e.end(BUILD)
-        else:
-            e.halt()
+        core.tally.mix(core.slots.crc[0])
+        core.tally.mix(core.slots.crc[1])
+        e.end(BUILD if core.reason else SELECT)
 
 
 def _half(of, i, high, byte):

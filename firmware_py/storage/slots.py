@@ -28,7 +28,8 @@ class Slots:
     # The memory is at the other end of the link, and the core only answers: so it is asked by answers. exchange(values, out) takes a
     # NVM_DONE (in place: out may be values) and leaves the next NVM in out, -> how many bytes of data it carries. The first ones,
     # before the mission, look for the newest whole record and load it: `found` then. save() each tick until True writes a new one.
-    # `kept` tells what became of it, in the bits of protocol/schema.py. ready: there is a memory, and it has been looked at.
+    # `kept` tells what became of it, in the bits of protocol/schema.py: a record that does not fit is not kept, the one before it stays.
+    # ready: there is a memory, and it has been looked at.
     #
     # A slot is half of the memory, whole units of it: the commit record, and from byte 64 on the data. The slot that is not in force
     # is erased, then programmed, and its commit record comes last; so the other one is in force until that very byte. Newer is the
@@ -41,7 +42,7 @@ class Slots:
         self.crc = array("H", bytes(4))
         self._record = record
         self._parameters = parameters
-        self._heads = (bytearray(_HEAD), bytearray(_HEAD))
+        self._heads = [bytearray(_HEAD), bytearray(_HEAD)]
         self._sum = array("H", bytes(4))
         self._slot_bytes = 0
         self._phase = _NEW
@@ -71,6 +72,10 @@ class Slots:
         if self._ticks > _PATIENCE:
             self._give_up()
         return False
+
+    def lost(self):
+        # Whether what was last to be kept is not.
+        return self.kept & (NVM_TOO_SMALL | NVM_FAILED) != 0
 
     def _give_up(self):
         self.kept |= NVM_FAILED

@@ -35,7 +35,8 @@ def test_every_item_is_read(tmp_path):
     ("flip@up=3:9999", "9999 is no whole number from 0 to 863"), ("drop@up=3:4", "leave out :4"), ("reset@step=x", "x is no whole number"),
     ("reset@step=9999999999", "no whole number"), ("uwb=loud", "loud is no fault of a sensor; there are off, stuck"),
     ("uwb=off@step=", "nothing is no whole number"), ("uwb=off@step=3:x", "x is no whole number"), ("sonar=off", "is unknown"),
-    ("power@byte=123", "not built yet"), ("@/nowhere/f", "cannot be read"), ("@/", "cannot be read"),
+    ("power@byte=", "nothing is no whole number"), ("power@step=9", "is unknown"),
+    ("@/nowhere/f", "cannot be read"), ("@/", "cannot be read"),
 ])
 def test_what_means_nothing_is_said_in_one_sentence(text, words, capsys):
     with pytest.raises(FaultError, match="--faults"):
