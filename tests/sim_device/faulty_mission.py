@@ -10,6 +10,7 @@ from sim_device.links.faulty import FaultyLink
 from sim_device.links.memory import MemoryLink
 from sim_device.links.peer_errors import PeerError
 from sim_device.links.tap import Taps
+from sim_device.nvm import Nvm
 from sim_device.sensors.faulty import FaultySensors
 from sim_device.session import STEP_S, Session
 from sim_device.virtual_robot import VirtualRobot
@@ -44,7 +45,7 @@ def home_of(name):
     return load_home(name)
 
 
-def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None):
+def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None, nvm=None):
     """An Outcome; PeerError where the robot gave up."""
     plan, done = parse(faults), []
     link = link or MemoryLink(CORE)
@@ -53,8 +54,11 @@ def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None
     robot = VirtualRobot(home_of(home), load_robot(), seed)
     if plan.sensors:
         robot = FaultySensors(robot, plan.sensors, seed)
+    if plan.power:
+        nvm = nvm or Nvm(power=plan.power, seed=fault_seed)
+        nvm.lose_power = link.lose_power
     truth = Truth()
-    session = Session(link, Taps([]), robot, Silent(), truth=truth, max_robot_s=(steps + 0.5) * STEP_S)
+    session = Session(link, Taps([]), robot, Silent(), truth=truth, max_robot_s=(steps + 0.5) * STEP_S, nvm=nvm)
     try:
         session.run(5.0)
     except PeerError as error:
