@@ -48,6 +48,7 @@ class Slots:
         self._phase = _NEW
         self._slot = 1          # the one that is read, written, or in force
         self._sequence = 0
+        self._fits = True       # what is loaded, into the stores
         self._at = 0            # byte of the data, or of the slot that is erased
         self._request = 0       # of the operation that is out; 0: none
         self._number = 0        # of the last one
@@ -160,6 +161,7 @@ class Slots:
                 self._sequence = _word(new, 6)
             self._record.size = _word(new, 8)
             self._at = 0
+            self._fits = True
             self.crc[0] = self.crc[1] = 65535
         else:
             self._slot = 1  # the first to be written is slot 0
@@ -167,23 +169,23 @@ class Slots:
             self.ready = True
 
     def _load(self, values):
-        fits = True
         n = min(values[2], self._piece())
         for i in range(n):
             self._add(values[3 + i])
-            fits = fits and self._record.put(self._at + i, values[3 + i])
+            self._fits = self._fits and self._record.put(self._at + i, values[3 + i])
         self._at += n
-        head = self._heads[self._slot]
-        if fits and n and self._at < self._record.size:
+        if n and self._at < self._record.size:
             return
-        if fits and n and self.crc[0] ^ 65535 == _word(head, 10) and self.crc[1] ^ 65535 == _word(head, 12):
+        head = self._heads[self._slot]
+        whole = n > 0 and self.crc[0] ^ 65535 == _word(head, 10) and self.crc[1] ^ 65535 == _word(head, 12)
+        if whole and self._fits:
             self._sequence = _word(head, 6)
             self._record.apply()
             self.kept |= NVM_KEPT | (NVM_EXPLORED if self._record.explored() else 0)
             self.found = self.ready = True
             self._phase = _IDLE
             return
-        self.kept |= NVM_DAMAGED if fits else NVM_FOREIGN
+        self.kept |= NVM_FOREIGN if whole else NVM_DAMAGED
         head[0] = 0
         self._record.drop()
         self._choose()

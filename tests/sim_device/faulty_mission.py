@@ -20,11 +20,12 @@ CORE = "firmware_py.device:Device"
 
 # What a mission leaves behind. Two of them are equal when every true place, the core's hashes and the map are, bit by bit.
 class Outcome:
-    def __init__(self, session, truth, link, done):
+    def __init__(self, session, truth, link, done, told):
         self.truth = truth
         self.hashes = session.status and session.status[5:9]
         self.map_bytes = session.map_bytes
         self.session, self.link, self.done = session, link, done
+        self.restarts = [fields["step"] for name, fields in told if name == "restart"]
 
     def same_as(self, other):
         return (self.truth, self.hashes, self.map_bytes) == (other.truth, other.hashes, other.map_bytes)
@@ -35,9 +36,9 @@ class Truth(list):
         self.append(place)
 
 
-class Silent:
+class Told(list):
     def event(self, name, **fields):
-        pass
+        self.append((name, fields))
 
 
 @functools.lru_cache(None)
@@ -57,14 +58,14 @@ def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None
     if plan.power:
         nvm = nvm or Nvm(power=plan.power, seed=fault_seed)
         nvm.lose_power = link.lose_power
-    truth = Truth()
-    session = Session(link, Taps([]), robot, Silent(), truth=truth, max_robot_s=(steps + 0.5) * STEP_S, nvm=nvm)
+    truth, told = Truth(), Told()
+    session = Session(link, Taps([]), robot, told, truth=truth, max_robot_s=(steps + 0.5) * STEP_S, nvm=nvm)
     try:
         session.run(5.0)
     except PeerError as error:
         error.done = done
         raise
-    return Outcome(session, truth, link, done)
+    return Outcome(session, truth, link, done, told)
 
 
 @functools.lru_cache(None)
