@@ -170,9 +170,11 @@ class Slots:
 
     def _load(self, values):
         n = min(values[2], self._piece())
-        for i in range(n):
-            self._add(values[3 + i])
-            self._fits = self._fits and self._record.put(self._at + i, values[3 + i])
+        self._add(values, 3, n)
+        i = 0
+        while i < n and self._fits:
+            self._fits = self._record.put(self._at + i, values[3 + i])
+            i += 1
         self._at += n
         if n and self._at < self._record.size:
             return
@@ -207,11 +209,16 @@ class Slots:
     def _piece(self):
         return min(NVM_PIECE, self._record.size - self._at)
 
-    def _add(self, byte):
-        i = (self.crc[0] ^ byte) & 255
+    def _add(self, values, first, n):
+        # n more bytes of the data, for its sum.
+        low = self.crc[0]
         high = self.crc[1]
-        self.crc[0] = (self.crc[0] >> 8 | (high & 255) << 8) ^ (T0[i] | T1[i] << 8)
-        self.crc[1] = high >> 8 ^ (T2[i] | T3[i] << 8)
+        for i in range(first, first + n):
+            k = (low ^ values[i]) & 255
+            low = (low >> 8 | (high & 255) << 8) ^ (T0[k] | T1[k] << 8)
+            high = high >> 8 ^ (T2[k] | T3[k] << 8)
+        self.crc[0] = low
+        self.crc[1] = high
 
     def _tell(self, out):
         # The operation that is due; the same once more if nobody has answered it.
@@ -247,12 +254,19 @@ class Slots:
         return out[5]
 
     def _fill(self, out):
-        head = self._heads[self._slot]
-        for i in range(out[5]):
-            out[6 + i] = head[i] if self._phase == _COMMIT else self._record.byte(self._at + i)
-            if self._summed < self._at + i + 1 and self._phase == _DATA:
-                self._summed = self._at + i + 1
-                self._add(out[6 + i])
+        n = out[5]
+        if self._phase == _COMMIT:
+            head = self._heads[self._slot]
+            for i in range(n):
+                out[6 + i] = head[i]
+            return
+        record = self._record
+        at = self._at - 6
+        for i in range(6, 6 + n):
+            out[i] = record.byte(at + i)
+        if self._summed == self._at:  # else it is told once more
+            self._summed += n
+            self._add(out, 6, n)
 
 
 def _word(buf, i):
