@@ -62,6 +62,5 @@ def test_what_is_no_memory_is_said_in_one_sentence(project, tmp_path, make, word
 
 
 def test_no_memory_at_all(project, tmp_path):
-    code, out, err = finish(hil(project, CELL, "--target", "cpython", "--link", "memory", "--nvm", "none", "--json", str(tmp_path / "r.json")))
-    result = json.loads((tmp_path / "r.json").read_text())
-    assert code == 0 and result["storage"]["nvm_bytes"] is None and "storage" not in out
+    result, said = mission(project, tmp_path, "none", "--target", "cpython", "--link", "memory")
+    assert result["storage"]["nvm_bytes"] is None and "storage" not in said
