@@ -5,7 +5,7 @@ from protocol.link import Link
 from protocol.parameters import PARAMETERS
 from protocol.tables import (
     WELCOME, IDENTIFY, IDENTITY, PING, PONG, STEP, STEP_RSP, STATUS, STATUS_RSP, STORE,
-    MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
+    MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, NVM, NVM_DONE, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
     ERROR_NOT_READY, ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN, PARAMETER_TEXT,
 )
 
@@ -159,6 +159,8 @@ class Device:
             self._map_info()
         elif message_id == MAP_READ:
             self._map_read()
+        elif message_id == NVM_DONE:
+            self.send(NVM, self.core.slots.exchange(self.link.values, self.link.out))
         elif message_id == PARAM_LIST:
             self._parameter_info()
         elif message_id == PARAM_SET or message_id == PARAM_GET:
@@ -247,9 +249,7 @@ class Device:
         if offset < 0 or offset > image.size:
             self._error(ERROR_RANGE, MAP_READ, image.size)
             return
-        n = image.size - offset
-        if n > _PIECE:
-            n = _PIECE
+        n = min(image.size - offset, _PIECE)
         out[0] = image.generation
         out[1] = offset
         out[2] = n

@@ -1,5 +1,6 @@
 # The whole SLAM: owns the storage, runs the layers once a step. The only file that joins them.
 
+from .building.builder import Builder
 from .building.closure import Closure
 from .building.outline import Outline, CLOSING, ISLAND, STRAY, STALE, DONE as OUTLINE_DONE
 from .building.partition import Partition
@@ -18,10 +19,12 @@ from .collection.odometry import Odometry
 from .collection.relocation import Relocation, FOUND, SEEKING
 from .collection.search import Search
 from .collection.sensor_watch import SensorWatch
-from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST
+from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST, SAVE
+from .collection.states import REASON_CLOSED, REASON_NO_WALL, REASON_STORE_FULL, REASON_STUCK, REASON_TOO_LONG, REASON_LOST
 from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
 from .parameters import Parameters
+from .record import Record
 from .storage.barrier_list import BarrierList
 from .storage.breadcrumbs import Breadcrumbs
 from .storage.frame import Frame
@@ -29,20 +32,16 @@ from .storage.hit_ring import HitRing
 from .storage.map_image import MapImage
 from .storage.point_ring import PointRing
 from .storage.region_graph import RegionGraph
+from .storage.slots import Slots
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
-_REASON_CLOSED = const(1)    # protocol/states.py
-_REASON_NO_WALL = const(2)
-_REASON_STORE_FULL = const(3)
-_REASON_STUCK = const(4)
-_REASON_TOO_LONG = const(5)
-_REASON_LOST = const(6)
-# STATUS_RSP.degraded: which store ran full; the bits from 16 on are sensor_watch.py's
+# STATUS_RSP.degraded: which store ran full; the map is not kept; the bits between are sensor_watch.py's
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
 DEGRADED_TOPOLOGY = 4
 DEGRADED_SEARCH = 8
+DEGRADED_STORAGE = 256
 
 _IR = const(3)               # where things stand in the values of a STEP
 _SONAR = const(11)
@@ -90,7 +89,7 @@ class Tvslam:
         self._flags = 0
         self._threshold_mm = 160
         self._since_mm = 0
-        self._stage = 0       # of the building
+        self._then = 0        # the state after SAVE
         self._margin = 36
         self.vectors = VectorStore()
         self.hits = HitRing()
@@ -123,6 +122,9 @@ class Tvslam:
         self.turning_points = TurningPoints(self.points, self.walls, self.localization)
         self.closure = Closure(self.vectors)
         self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure, self.sight)
+        self.builder = Builder(self.outline, self.tidy, self.partition, self.topology)
+        self.record = Record(self)
+        self.slots = Slots(self.record, self.parameters)
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
@@ -153,6 +155,8 @@ class Tvslam:
         self.outline.spread = flags & _SPREAD != 0
         self._threshold_mm = p.of("ir_threshold")
         self.watch.begin(p.of("uwb_source") > 0 and p.of("anchor_count") > 0, self.uwb.scope, self.odometry)
+        if self.slots.found:
+            self.record.resume()
 
     def step(self, values):
         o = self.odometry
@@ -180,12 +184,16 @@ class Tvslam:
             self._look_inside(values[_SONAR])
         if e.mapping:
             self._map(x_mm, y_mm)
-        if e.state == BUILD and self._build():
-            e.end(DONE)
+        if e.state == BUILD:
+            if self.builder.step(self._margin):
+                self._sealed()
+        elif e.state == SAVE:
+            if self.outline.settled() and self.slots.save():
+                e.state = self._then
         elif e.state == FAILED and not self.reason:
-            self._end(_REASON_STUCK, e.inside)  # what is known of the home is built all the same
+            self._end(REASON_STUCK, e.inside)  # what is known of the home is built all the same
         elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:
-            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, e.inside)
+            self._end(REASON_TOO_LONG if e.mapping or self.vectors.used else REASON_NO_WALL, e.inside)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
@@ -208,28 +216,22 @@ class Tvslam:
         if said == FOUND:
             self.explorer.leave()
         elif said != SEEKING:
-            self._end(_REASON_LOST, self.explorer.inside)
+            self._end(REASON_LOST, self.explorer.inside)
 
-    def _build(self):
-        # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
-        if self._stage == 0:
-            if self.outline.settled() and self.tidy.step():
-                self.partition.begin()
-                self._stage = 1
-        elif self._stage == 1:
-            if self.partition.step():
-                self.topology.begin(self._margin)
-                self._stage = 2
-        elif self._stage == 2:
-            if self.topology.step():
-                self._stage = 3
-                if self.graph.lost:
-                    self.degraded |= DEGRADED_TOPOLOGY
-        elif self.outline.build():
-            self.tally.mix(self.image.crc[0])
-            self.tally.mix(self.image.crc[1])
-            return True
-        return False
+    def _sealed(self):
+        self.tally.mix(self.image.crc[0])
+        self.tally.mix(self.image.crc[1])
+        if self.graph.lost:
+            self.degraded |= DEGRADED_TOPOLOGY
+        if self.slots.lost():
+            self.degraded |= DEGRADED_STORAGE
+        self.explorer.end(DONE)
+
+    def _save(self):
+        # Where there is a memory, the robot stands until what is mapped by now is in it, and then does what it was about to do.
+        if self.slots.ready and self.explorer.state != FAILED:
+            self._then = self.explorer.state
+            self.explorer.end(SAVE)
 
     def _map(self, x_mm, y_mm):
         e = self.explorer
@@ -252,15 +254,16 @@ class Tvslam:
             self.localization.closed(self.closure.x_mm, self.closure.y_mm)
             e.inside = True
             e.leave()
-        elif came == STALE:
-            self.outline.give_up()
+        elif came == STALE or came == ISLAND:
+            if came == STALE:
+                self.outline.give_up()
             e.leave()
         elif came == STRAY:
             e.be_wary(self.outline.loop_mm + _PAST_MM)
-        elif came == ISLAND:
-            e.leave()
         elif self.vectors.lost or self.vectors.chains_lost:
-            self._end(_REASON_STORE_FULL, True)
+            self._end(REASON_STORE_FULL, True)
+        if e.state == SELECT and self.record.news():
+            self._save()
 
     def _look_inside(self, sonar_mm):
         # The outline is known. What else stands here?
@@ -270,7 +273,7 @@ class Tvslam:
             self._since_mm = self.odometry.path_mm
             self.turning_points.visit(SELECT, self.odometry.path_mm)
             if self.outline.settled() and s.select(e, self.localization):
-                self._end(_REASON_CLOSED, True)
+                self._end(REASON_CLOSED, True)
             return
         if e.state > SWEEP:
             return
@@ -294,6 +297,7 @@ class Tvslam:
             self.degraded |= DEGRADED_VECTORS
         if self.vectors.chains_lost:
             self.degraded |= DEGRADED_CHAINS
-        if self.explorer.inside and (reason != _REASON_CLOSED or not self.search.complete()):
+        if self.explorer.inside and (reason != REASON_CLOSED or not self.search.complete()):
             self.degraded |= DEGRADED_SEARCH
         self.explorer.end(BUILD if good else FAILED)
+        self._save()

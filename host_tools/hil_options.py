@@ -17,6 +17,9 @@ STM32_HEAP_ENOUGH = 24 << 10  # with which the core boots, and then allocates no
 SEED_MAX = 2 ** 32 - 1
 
 
+NO_NVM = "none"
+
+
 class UsageError(Exception):
     """Its text is one sentence: what is wrong and the way out."""
 
@@ -43,6 +46,8 @@ def add_arguments(parser):
     parser.add_argument("--faults", metavar="SPEC", help="what shall go wrong on the link and with the sensors, like drop=0.1,flip=0.01,"
                         "delay=20ms,cut@step=500:2s,reset@step=900,uwb=off@step=300:200; or @FILE")
     parser.add_argument("--keep-faults", metavar="FILE", help="keep what went wrong on the link, frame by frame, for --faults @FILE")
+    parser.add_argument("--nvm", metavar="FILE", help="keep the robot's non-volatile memory there: what the core stored, the next mission "
+                        "loads and goes on from (default: for this mission only; none: there is no such memory)")
     # Named by the contract, built later: taken here so that they are refused with a sentence of their own.
     parser.add_argument("--task", default="map", help="map")
     parser.add_argument("--passes", default="1", help="1")
@@ -147,9 +152,8 @@ def check_places(args, home_path, out_files):
         for name in out_files:
             if os.path.isdir(os.path.join(args.out, name)):
                 raise UsageError("--out %s holds a folder %s where a file of that name goes; give another folder." % (args.out, name))
-    for name, path in (("--json", args.json), ("--log", args.log), ("--candump", args.candump), ("--keep-faults", args.keep_faults)):
-        if path:
-            check_file(name, path)
+    for name, path in _files(args):
+        check_file(name, path)
     if args.log and os.path.exists(args.log) and not os.path.isfile(args.log):
         raise UsageError("--log %s is no regular file, but the log is read back for the scores; give a file's name." % args.log)
 
@@ -157,8 +161,7 @@ def check_places(args, home_path, out_files):
 def _check_names(args, home_path, out_files):
     """A result must not take the place of what it was made from."""
     taken = {os.path.realpath(path): what for what, path in (("the home", home_path), ("--robot", args.robot)) if path}
-    kept = (("--json", args.json), ("--log", args.log), ("--candump", args.candump), ("--keep-faults", args.keep_faults))
-    files = [(name, path) for name, path in kept if path]
+    files = _files(args)
     written = files + [("--out", os.path.join(args.out, file)) for file in out_files if args.out]
     for name, path in written:
         other = taken.get(os.path.realpath(path))
@@ -166,6 +169,13 @@ def _check_names(args, home_path, out_files):
             raise UsageError("%s %s is the file of %s, which would be overwritten; give another name." % (name, path, other))
         if name != "--out":  # which may hold the result file of --json
             taken[os.path.realpath(path)] = name
+
+
+def _files(args):
+    """[(option, path)] of the files that the mission writes."""
+    named = (("--json", args.json), ("--log", args.log), ("--candump", args.candump), ("--keep-faults", args.keep_faults),
+             ("--nvm", args.nvm if args.nvm != NO_NVM else None))
+    return [(name, path) for name, path in named if path]
 
 
 def _check_folder(path):

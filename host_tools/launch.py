@@ -5,7 +5,7 @@ import os
 import sys
 
 from host_tools.core_process import CoreError, command, packages_folder
-from host_tools.hil_options import UsageError, heap_bytes
+from host_tools.hil_options import NO_NVM, UsageError, heap_bytes
 from host_tools.qemu import EmulatorError
 
 CORE = "firmware_py.device:Device"  # by name: it runs in another process
@@ -48,6 +48,8 @@ def robot_command(args, home_path, link, log, truth):
         argv += ["--faults", "@" + os.path.abspath(args.faults[1:]) if args.faults.startswith("@") else args.faults]
     if args.keep_faults:
         argv += ["--keep-faults", os.path.abspath(args.keep_faults)]
+    if args.nvm:
+        argv += ["--nvm", args.nvm if args.nvm == NO_NVM else os.path.abspath(args.nvm)]
     for setting in args.set:
         argv += ["--set", setting]
     return argv, _robot_folder()

@@ -154,6 +154,8 @@ class _Watch:
             self.core = self.reset()
         elif kind in ("ready", "start"):
             self.waiting = kind == "ready"
+            for sentence in event.get("storage", ()):
+                self.progress.note(sentence)
 
     def _robot_ended(self):
         if self.bus is not None:

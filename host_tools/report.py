@@ -51,7 +51,7 @@ def table(result):
         ("link", "%s frames   %s bytes   retransmits %s   dropped %s" % (
             _n(stats["frames"]), _n(stats["bytes"]), _n(stats["retransmits"]), _dropped(stats["dropped_by_cause"]))),
     ]
-    rows += _free_run(result["free_run"]) + _can(result["can"])
+    rows += _storage(result["storage"]) + _free_run(result["free_run"]) + _can(result["can"])
     rows.append(("hash", "steps %s   map %s" % (_n(result["hash"]["steps"]), _n(result["hash"]["map"]))))
     return ["%-15s %s" % row for row in rows]
 
@@ -63,6 +63,14 @@ def _tick(tick):
     p99, most = tick["instructions_p99"], tick["instructions_max"]
     return "%s ticks   p99 %d k, max %d k instructions: %.1f and %.1f ms at %d MHz with one cycle an instruction" % (
         _n(tick["count"]), round(p99 / 1000), round(most / 1000), p99 / CLOCK_MHZ / 1000, most / CLOCK_MHZ / 1000, CLOCK_MHZ)
+
+
+def _storage(figures):
+    if not figures["nvm_bytes"]:
+        return []
+    return [("storage", "kept: %s   %d B written or erased of %d, in %d pieces and %d erases   restarts %s" % (
+        figures["kept"] or "nothing", figures["written_bytes"], figures["nvm_bytes"], figures["programs"], figures["erases"],
+        _n(figures["restarts"])))]
 
 
 def _free_run(figures):

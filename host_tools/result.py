@@ -36,6 +36,7 @@ SKELETON = {
     "link_stats": {"frames": None, "bytes": None, "dropped_by_cause": {}, "retransmits": None},
     "free_run": dict.fromkeys(("core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm",
                                "residual_ms", "clock_jumps", "round_trip_ms", "margin_ms")),
+    "storage": dict.fromkeys(("nvm_bytes", "kept", "found", "erases", "programs", "reads", "written_bytes", "restarts")),
     "can": dict.fromkeys(("frames", "bus_load", "bus_load_max", "lost", "refused", "dropped")),
     "cleaning": dict.fromkeys(("coverage", "overlap", "robot_s")),
     "update": dict.fromkeys(("robot_s", "full_robot_s", "regions_rebuilt")),
@@ -61,6 +62,7 @@ def evaluate(result, mission, truth, vector_map, end, rooms):
     _memory(result, mission)
     _tick_and_link(result, mission, end)
     _free_run(result, mission, end)
+    _storage(result, end)
     return result
 
 
@@ -225,6 +227,13 @@ def _free_run(result, mission, end):
     figures |= end.get("free_run") or {}
     if mission.parameter("tick_ms") and mission.status is not None:
         figures["core_late_ticks"], figures["core_late_ms"] = mission.status["late_ticks"], mission.status["late_ms"]
+
+
+def _storage(result, end):
+    """What the core kept in the non-volatile memory, what each core that began found there, and what it cost."""
+    figures, told = result["storage"], end.get("storage") or {}
+    figures |= {key: told[key] for key in figures.keys() & told.keys()}
+    figures["restarts"] = end.get("restarts")
 
 
 def can_bus(result, counted):

@@ -103,7 +103,7 @@ def tables_text(messages=schema.MESSAGES):
     for name, data in zip(("CAN_MESSAGES", "CAN_OFFSETS", "CAN_SIZES", "CAN_FIRST", "CAN_BODIES"), dbc.tables(messages)):
         lines.append("%s = (%s)" % (name, wrapped(data)))
     lines.append("")
-    lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_"))]
+    lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_", "NVM_"))]
     return "\n".join(lines) + "\n"
 
 

@@ -86,6 +86,10 @@ MESSAGES = (
     (0x32, "MAP_READ", DOWN, 1, (("generation", "u16", ""), ("offset", "u32", "B"))),
     (0x33, "MAP_DATA", UP, 1, (
         ("generation", "u16", ""), ("offset", "u32", "B"), ("data", "*", (("byte", "u8", ""),)))),
+    (0x34, "NVM_DONE", DOWN, 1, (("request", "u16", ""), ("status", "u8", ""), ("data", "*", (("byte", "u8", ""),)))),
+    (0x35, "NVM", UP, 1, (
+        ("request", "u16", ""), ("operation", "u8", ""), ("kept", "u8", "bits"), ("address", "u32", "B"), ("size", "u16", "B"),
+        ("data", "*", (("byte", "u8", ""),)))),
     # 50-5F parameters: (parameter, index) names one integer; the table is parameters.py
     (0x50, "PARAM_SET", DOWN, 1, (("parameter", "u8", ""), ("index", "u8", ""), ("value", "i32", ""))),
     (0x51, "PARAM_GET", DOWN, 1, (("parameter", "u8", ""), ("index", "u8", ""))),
@@ -115,6 +119,23 @@ ERROR_STEP_ORDER = 2    # detail: the step number expected next
 ERROR_RANGE = 3
 ERROR_STALE = 4         # MAP_READ of another generation; detail: today's generation
 ERROR_NOT_READY = 5     # MAP_INFO while the core is about to build the map: ask again; detail 0
+
+# NVM.operation: what the core wants of the non-volatile memory
+NVM_NOTHING = 0
+NVM_READ = 1
+NVM_ERASE = 2           # the unit that begins at this address: all its bytes are 255 then
+NVM_PROGRAM = 3         # bytes that are erased
+
+NVM_UNIT = 1024         # bytes erased at once
+NVM_PIECE = 64          # bytes read or programmed at once, at most
+
+# NVM.kept: what became of what the memory keeps, bit by bit
+NVM_KEPT = 1            # a record is in force: it was loaded, or written since
+NVM_EXPLORED = 2        # it is that of a home that is explored
+NVM_DAMAGED = 4         # a slot was passed over: neither whole nor empty
+NVM_FOREIGN = 8         # a slot was passed over: another firmware's, or of a larger one
+NVM_TOO_SMALL = 16      # the last record did not fit: not kept
+NVM_FAILED = 32         # the memory refused an operation: given up
 
 # PARAM_VALUE.status
 PARAM_OK = 0

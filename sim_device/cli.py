@@ -12,6 +12,7 @@ from sim_device.report import JsonReport, PlainReport, ReaderGone
 
 EXIT_FINISHED, EXIT_NOT_FINISHED, EXIT_BAD_INPUT, EXIT_PEER, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
 SEED_MAX = 2 ** 32 - 1
+NO_NVM = "none"
 FLAG_NAMES = tuple(row[0] for row in getattr(parameters, "FLAGS", ()))
 
 EPILOG = """\
@@ -54,6 +55,8 @@ def arguments():
     add("--faults", metavar="SPEC", help="what shall go wrong on the link and with the sensors, like drop=0.1,delay=20ms,"
         "cut@step=500:2s,reset@step=900,uwb=off@step=300:200; or @FILE")
     add("--keep-faults", metavar="FILE", help="keep what went wrong on the link, frame by frame, for --faults @FILE")
+    add("--nvm", metavar="FILE", help="keep the robot's non-volatile memory there: what the core stored is loaded by the next one "
+        "(default: for this run only; none: there is no such memory)")
     add("--realtime", action="store_true", help="free run: the core by its own clock, 50 steps a second")
     add("--max-robot-s", type=positive, default=14400.0, metavar="S", help="give up after that much robot time")
     add("--wait", type=positive, default=30.0, metavar="S", help="for the core's first word")
@@ -108,7 +111,7 @@ def check_names(options):
         raise InputError("--realtime does not go with --core, which has no clock of its own: give --link and start the core on it")
     taken = {_place(path): what for what, path in (("the home", options.home), ("--robot", options.robot)) if path and os.path.isfile(path)}
     named = [("--" + what.replace("_", "-"), getattr(options, what)) for what in ("link", "log", "log_rest", "truth", "map")]
-    named.append(("--keep-faults", options.keep_faults))
+    named += [("--keep-faults", options.keep_faults), ("--nvm", options.nvm if options.nvm != NO_NVM else None)]
     for what, path in named + [("--tap", path) for path in options.tap]:
         if path and (other := taken.setdefault(_place(path), what)) is not what:
             raise InputError("%s %s: %s has that name already, give another" % (what, path, other))
@@ -199,6 +202,7 @@ def mission(options, report, signals):
     from sim_device.links.pty import LinkError
     from sim_device.links.tap import Taps
     from sim_device.links.trace import FrameLog, GrowingFile, TraceError, TruthFile
+    from sim_device.nvm import Nvm, NvmError
     from sim_device.sensors.faulty import FaultySensors
     from sim_device.session import Session
     from sim_device.virtual_robot import VirtualRobot
@@ -226,14 +230,21 @@ def mission(options, report, signals):
             stack.enter_context(contextlib.closing(link))
             kept = options.keep_faults and grows(GrowingFile, options.keep_faults)
             link = made_worse(link, plan, options, lambda: report.event("reset", step=session.now), kept)
+            nvm = None
+            if options.nvm != NO_NVM:
+                nvm = stack.enter_context(contextlib.closing(Nvm(path=options.nvm, power=plan.power, seed=options.seed)))
+                nvm.lose_power = getattr(link, "lose_power", nvm.lose_power)
             taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
-            session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals)
+            session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals,
+                              nvm)
             report.event("ready", home=home.name, link=options.link or options.core, pty=link.name, taps=options.tap, seed=options.seed)
             end = session.run(options.wait)
             if keep and session.map_bytes is not None:
                 keep.add(session.map_bytes)
     except (HomeError, RobotError, LinkError, FaultError, InputError, TraceError) as error:
         code, sentence = EXIT_BAD_INPUT, str(error)
+    except NvmError as error:
+        code, sentence, blames = EXIT_PEER if session else EXIT_BAD_INPUT, str(error), "file"
     except (PeerError, SchemaError) as error:
         code, sentence, blames = EXIT_PEER, str(error), "core"
     else:

@@ -6,6 +6,7 @@
 #   cut@step=500:2s  reset@step=900                 when that step is sent; also @down, @up
 #   loss=0.01  full=0.01  busy=0.5                  of CAN frames, on --link slcan
 #   busoff@step=300:50ms  full@step=300:100ms       of CAN controllers
+#   power@byte=7000                                 when that byte of the non-volatile memory is written
 #   uwb=off  infrared=stuck@step=300:200            a sensor, from step 300 on for 200 steps
 #
 # Items are separated by commas or ends of line; after # stands a comment; @FILE is the file of that name.
@@ -45,7 +46,7 @@ class SensorFault:
 
 
 # chances: {kind: probability}; bus: those of CAN frames. frames: {(way, number): [(kind, bit or seconds)]}, numbers from 1.
-# events: {(where, number): [(kind, seconds)]}, where one of step, down, up.
+# events: {(where, number): [(kind, seconds)]}, where one of step, down, up. power: [byte numbers].
 @dataclass
 class Plan:
     chances: dict = field(default_factory=dict)
@@ -54,10 +55,11 @@ class Plan:
     frames: dict = field(default_factory=dict)
     events: dict = field(default_factory=dict)
     sensors: list = field(default_factory=list)
+    power: list = field(default_factory=list)
 
     @property
     def of_the_link(self):
-        return bool(self.chances or self.frames or self.events)
+        return bool(self.chances or self.frames or self.events or self.power)
 
     @property
     def of_the_bus(self):
@@ -105,8 +107,8 @@ def _add(plan, item):
     elif equals and kind in EVENTS and where in ("step", *WAYS):
         number, _, detail = value.partition(":")
         plan.events.setdefault((where, _number(item, number, STEP_MAX)), []).append((kind, _detail(item, kind, detail)))
-    elif name == "power@byte":
-        raise FaultError("--faults %s is not built yet, as the core does not store its map yet; leave it out" % item)
+    elif equals and name == "power@byte":
+        plan.power.append(_number(item, value, STEP_MAX))
     else:
         raise FaultError("--faults %s is unknown; %s" % (item, _WAY_OUT))
 

@@ -46,12 +46,14 @@ class PlainReport:
         elif name == "start":
             self._say("the core has %d bytes of heap, %d used; the mission starts" % (
                 fields["hello"]["heap_bytes"], fields["hello"]["heap_used_bytes"]))
+            for sentence in fields["storage"]:
+                self._say(sentence)
         elif name == "schema":
             self._say(fields["text"])
         elif name == "reset":
             self._say("the core is to be reset at step %d: start it anew" % fields["step"])
         elif name == "restart":
-            self._say("the core has started anew at step %d: the mission begins again where the robot stands" % fields["step"])
+            self._say("the core has started anew at step %d, where the robot stands" % fields["step"])
         elif name == "end":
             said = {**fields, "verdict": "finished" if fields["finished"] else "not finished"}
             self._say(_END % said)

@@ -1,7 +1,6 @@
 # One mission: the virtual robot and a core, in lockstep or each by its own clock, from HELLO to the map.
 
 import time
-import zlib
 from array import array
 
 from protocol import parameters, schema, states
@@ -9,19 +8,21 @@ from protocol.dialect import name_of
 from protocol.messages import BY_NAME
 from sim_device.free_run import TICK_MS, FreeRun
 from sim_device.last_place import LastPlace
+from sim_device.links.map_pull import MapPull
 from sim_device.links.peer import DEAD_S, Peer
-from sim_device.links.peer_errors import Interrupted, PeerError, Refused, Restarted
+from sim_device.links.peer_errors import Interrupted, PeerError, Restarted
+from sim_device.storage import Storage
 
 STEP_S = 0.02
 PROGRESS_S = 0.25
 ENDED = (states.DONE, states.FAILED)
 FIRST_STEP = 1
+_STATE = 3              # in a STEP_RSP
 
 _POSE, _MEMORY, _LINK = (BY_NAME[name] for name in ("POSE", "MEMORY", "LINK"))
 _IDENTIFY, _LINK_SECTION = BY_NAME["IDENTIFY"], 3
 _PARAM_SET, _PARAM_VALUE = BY_NAME["PARAM_SET"], BY_NAME["PARAM_VALUE"]
 _STATUS, _STATUS_RSP = BY_NAME["STATUS"], BY_NAME["STATUS_RSP"]
-_MAP_INFO, _MAP_INFO_RSP, _MAP_READ, _MAP_DATA = (BY_NAME[name] for name in ("MAP_INFO", "MAP_INFO_RSP", "MAP_READ", "MAP_DATA"))
 _PLACES = {row[0]: i for i, row in enumerate(parameters.PARAMETERS)}  # in the order of this table they are told
 _PARAM_STATUS = {
     schema.PARAM_UNKNOWN: "it does not know it", schema.PARAM_OUT_OF_RANGE: "the value is out of range",
@@ -34,23 +35,26 @@ _PARAM_STATUS = {
 # the time limit or by stop(); it raises PeerError where the core failed. What
 # was learnt until then is in summary(). `stop` counts requests to end: the first ends the
 # mission, the second also what is asked afterwards. `truth` gets the true pose of every step.
-# A core that starts anew begins its mission anew, where the robot stands.
+# A core that starts anew goes on where the robot stands: with what it finds in `nvm` (an Nvm; None: there is none), else its
+# mission begins anew.
 class Session:
     def __init__(self, pty, taps, robot, report, log=None, truth=None, settings=None,
-                 realtime=False, max_robot_s=14400.0, stop=lambda: 0):
+                 realtime=False, max_robot_s=14400.0, stop=lambda: 0, nvm=None):
         self.robot = robot
         self.peer = Peer(pty, taps, log, self._stops)
         self.step = 0
-        self.now = FIRST_STEP       # the step being asked
+        self.now = FIRST_STEP - 1   # the step being asked
         self.restarts = 0
         self.wall_s = 0.0
         self.state = states.BOOT
         self.status = None
         self.map_bytes = None
+        self.storage = Storage(nvm)
+        self._pull = MapPull()
         self._taps = taps
         self._report = report
         self._truth = truth
-        self._settings = {**(settings or {}), **({"tick_ms": [TICK_MS]} if realtime else {})}
+        self._settings = {**(settings or {}), **({"tick_ms": [TICK_MS]} if realtime else {}), **self.storage.parameters()}
         self._realtime = realtime
         self._place = LastPlace(robot.parameters())
         self._free = None
@@ -65,42 +69,67 @@ class Session:
             self.peer.keep()
 
     def _run(self, wait_s):
+        hello = None
+        while True:
+            why = self._lead(hello, wait_s)
+            self._heed = False  # what is asked from here on is short, and a second signal ends it
+            try:
+                if self.peer.hello is not None:
+                    self._collect(why != "interrupted")
+                return why
+            except Restarted as again:
+                if why == "interrupted":
+                    return why
+                hello = again.hello
+
+    def _lead(self, hello, wait_s):
+        """The mission; `hello` is that of a core which has started anew after its end."""
+        self._heed = True
         try:
-            self._start(self.peer.meet(wait_s))
-            why = self._mission()
-            dead_s = DEAD_S
+            if hello is None:
+                self._start(self.peer.meet(wait_s))
+            else:
+                self._start_again(hello)
+                if self.storage.loaded is None:
+                    raise PeerError("the core on %s has started anew before its map was read, and had not stored it: start the mission "
+                                    "again" % self.peer.path)
+            return self._mission()
         except Interrupted:
-            why, dead_s = "interrupted", 1.0
-        self._heed = False  # what is asked from here on is short, and a second signal ends it
-        if self.peer.hello is not None:
-            self._collect(dead_s, must=why != "interrupted")
-        return why
+            return "interrupted"
 
     def _start(self, hello, told=None):
         """Tells the core what it must know: at first, and again each time it has started anew."""
         while True:
             try:
                 self._set_parameters(told or {})
+                self.storage.begin(self.peer)
                 break
             except Restarted as again:
                 hello = self.peer.begin(again.hello)
         if self.peer.link.translation is not None:
             self._report.event("schema", text=self.peer.link.translation.summary())
-        self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()))
+        self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()),
+                           storage=self.storage.sentences())
         if self._realtime:
             self._free = FreeRun(self.peer, self.robot)
             self._free.join()
+
+    def _start_again(self, hello):
+        self.restarts += 1
+        self._report.event("restart", step=self.now)
+        self._start(self.peer.begin(hello), self._place.dock())
 
     def _ask(self, values):
         """The answer to this STEP, from whichever core is there by then."""
         self.now = values[0]
         while True:
             try:
-                return (self._free or self.peer).step(values)
+                answer = (self._free or self.peer).step(values)
+                if answer[_STATE] == states.SAVE:
+                    self.storage.serve(self.peer)
+                return answer
             except Restarted as again:
-                self.restarts += 1
-                self._report.event("restart", step=values[0])
-                self._start(self.peer.begin(again.hello), self._place.dock())
+                self._start_again(again.hello)
 
     def summary(self, reason):
         """The end event's fields. `finished` is what the core says of itself."""
@@ -116,7 +145,7 @@ class Session:
             "path_m": round(robot.path_m, 3), "contacts": robot.contacts,
             "frames": peer.frames, "bytes": peer.bytes, "dropped": peer.dropped_by_cause, "resent": peer.repeats,
             "core_resent": None if _LINK not in peer.newest else peer.newest[_LINK].duplicates, "restarts": self.restarts,
-            "tap_dropped": self._taps.dropped, "free_run": self._free and self._free.figures(),
+            "tap_dropped": self._taps.dropped, "free_run": self._free and self._free.figures(), "storage": self.storage.figures(),
             "status": None if status is None else status._asdict(),
             "stores": {name: store._asdict() for name, store in peer.stores.items()},
             "map_bytes": None if self.map_bytes is None else len(self.map_bytes),
@@ -145,7 +174,9 @@ class Session:
         values = array("i", bytes(4 * schema.VALUES_MAX))
         clock = time.monotonic
         report_s = tap_s = start_s = clock()
-        step = FIRST_STEP - 1
+        step = self.now
+        if self.state in ENDED:
+            robot.drive(0, 0)   # a core that has started anew after the end: the robot stood
         try:
             while robot.tick < self._ticks_max:
                 step += 1
@@ -169,7 +200,7 @@ class Session:
                         self._progress(now_s - start_s)
             return "robot time limit"
         finally:
-            self.wall_s = clock() - start_s
+            self.wall_s += clock() - start_s
 
     def _look_up(self, now_s):
         self._taps.service(now_s)
@@ -194,31 +225,14 @@ class Session:
             stores={name: [store.used, store.capacity, store.lost] for name, store in peer.stores.items()},
             frames=peer.frames, bytes=peer.bytes, resent=peer.repeats)
 
-    def _collect(self, dead_s, must):
-        """What the core says at the end, and its map, if it has one."""
+    def _collect(self, must):
+        """What the core says at the end, and its map, if it has one. What has come of it stays if the core starts anew."""
+        dead_s = DEAD_S if must else 1.0
         try:
             self.status = self.peer.ask(_STATUS(0), _STATUS_RSP, dead_s=dead_s)
             if not self.peer.link.flaw(("LINK",)):
                 self.peer.ask(_IDENTIFY(_LINK_SECTION, 0), _LINK, dead_s=dead_s)
-            try:
-                info = self.peer.ask(_MAP_INFO(0), _MAP_INFO_RSP, dead_s=dead_s)
-            except Refused:
-                return  # no map yet: the end event says so
-            self.map_bytes = self._pull_map(info, dead_s)
+            self.map_bytes = self._pull.pull(self.peer, dead_s)
         except (PeerError, Interrupted):
             if must:
                 raise
-        except Restarted:
-            raise PeerError("the core on %s has started anew before its map was read: start the mission again" % self.peer.path) from None
-
-    def _pull_map(self, info, dead_s):
-        data = bytearray()
-        while len(data) < info.size:
-            place = (info.generation, len(data))
-            part = self.peer.ask(
-                _MAP_READ(*place), _MAP_DATA, lambda m, place=place: (m.generation, m.offset) == place and len(m.data) > 0, dead_s)
-            data += part.data
-        crc = zlib.crc32(data[:-4])  # its last four bytes are this sum once more
-        if len(data) != info.size or (crc & 0xFFFF, crc >> 16) != (info.crc_lo, info.crc_hi):
-            raise PeerError("the core's map of %d bytes came with a wrong check sum: it changed while it was read" % info.size)
-        return bytes(data)

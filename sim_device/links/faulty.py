@@ -186,10 +186,18 @@ class FaultyLink:
             elif kind in BUS_EVENTS:
                 self._link.happens(kind, seconds)
             else:
-                self.resetting = True
-                self._down.clear()
-                self._up.clear()
-                self._reset()
+                self._start_anew()
+
+    def lose_power(self, number):
+        """What the non-volatile memory says when the power was lost at that byte (sim_device/nvm.py)."""
+        self._noted("power", "byte", number, None)
+        self._start_anew()
+
+    def _start_anew(self):
+        self.resetting = True
+        self._down.clear()
+        self._up.clear()
+        self._reset()
 
     def _noted(self, kind, where, number, detail):
         text = "%s@%s=%d" % (kind, where, number)

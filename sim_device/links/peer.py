@@ -115,7 +115,11 @@ class Peer:
         raise silent(self._pty.path, question.NAME + " with " + answer.NAME, dead_s)
 
     def ask_all(self, questions, dead_s=DEAD_S):
-        """The answers to [(question, answer's class, fits)] in their order; as many are out at once as the core can retain."""
+        """The answers to [(question, answer's class, fits)] in their order."""
+        return list(self.each_answer(questions, dead_s))
+
+    def each_answer(self, questions, dead_s=DEAD_S):
+        """The same one by one, as they come; as many questions are out at once as the core can retain answers."""
         asked = [Asked(question.NAME, lambda seq, question=question: self.link.encode(question, seq), kind, fits)
                  for question, kind, fits in questions]
         waiting = iter(asked)
@@ -123,7 +127,7 @@ class Peer:
             while not self.window.full and (further := next(waiting, None)) is not None:
                 self._post(further)
             self._until(head, dead_s, lambda head=head: "%s with %s" % (head.name, head.kind.NAME))
-        return [head.answer for head in asked]
+            yield head.answer
 
     def step(self, values, dead_s=DEAD_S):
         """One lockstep: STEP of these flat values (codec.py); its STEP_RSP."""

@@ -146,6 +146,9 @@ class FakeCore:
         self.send("STATUS_RSP", self.last_step, states.DONE if done else states.FOLLOW, int(done), reason, 0,
                   self.executed & 0xFFFF, 0, 0, 0, 30, 10, 0, 1234, 196608, 60000, 1, 0, 0, 0)
 
+    def on_nvm_done(self, v):
+        self.send("NVM", 0, schema.NVM_NOTHING, 0, 0, 0, 0)
+
     def on_map_info(self, v):
         if self.options.fault == "no_map":
             return self.send("ERROR", schema.ERROR_NOT_READY, ID["MAP_INFO"], 0)

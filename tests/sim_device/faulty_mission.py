@@ -10,6 +10,7 @@ from sim_device.links.faulty import FaultyLink
 from sim_device.links.memory import MemoryLink
 from sim_device.links.peer_errors import PeerError
 from sim_device.links.tap import Taps
+from sim_device.nvm import Nvm
 from sim_device.sensors.faulty import FaultySensors
 from sim_device.session import STEP_S, Session
 from sim_device.virtual_robot import VirtualRobot
@@ -19,11 +20,12 @@ CORE = "firmware_py.device:Device"
 
 # What a mission leaves behind. Two of them are equal when every true place, the core's hashes and the map are, bit by bit.
 class Outcome:
-    def __init__(self, session, truth, link, done):
+    def __init__(self, session, truth, link, done, told):
         self.truth = truth
         self.hashes = session.status and session.status[5:9]
         self.map_bytes = session.map_bytes
         self.session, self.link, self.done = session, link, done
+        self.restarts = [fields["step"] for name, fields in told if name == "restart"]
 
     def same_as(self, other):
         return (self.truth, self.hashes, self.map_bytes) == (other.truth, other.hashes, other.map_bytes)
@@ -34,9 +36,9 @@ class Truth(list):
         self.append(place)
 
 
-class Silent:
+class Told(list):
     def event(self, name, **fields):
-        pass
+        self.append((name, fields))
 
 
 @functools.lru_cache(None)
@@ -44,7 +46,7 @@ def home_of(name):
     return load_home(name)
 
 
-def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None):
+def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None, nvm=None):
     """An Outcome; PeerError where the robot gave up."""
     plan, done = parse(faults), []
     link = link or MemoryLink(CORE)
@@ -53,14 +55,17 @@ def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None
     robot = VirtualRobot(home_of(home), load_robot(), seed)
     if plan.sensors:
         robot = FaultySensors(robot, plan.sensors, seed)
-    truth = Truth()
-    session = Session(link, Taps([]), robot, Silent(), truth=truth, max_robot_s=(steps + 0.5) * STEP_S)
+    if plan.power:
+        nvm = nvm or Nvm(power=plan.power, seed=fault_seed)
+        nvm.lose_power = link.lose_power
+    truth, told = Truth(), Told()
+    session = Session(link, Taps([]), robot, told, truth=truth, max_robot_s=(steps + 0.5) * STEP_S, nvm=nvm)
     try:
         session.run(5.0)
     except PeerError as error:
         error.done = done
         raise
-    return Outcome(session, truth, link, done)
+    return Outcome(session, truth, link, done, told)
 
 
 @functools.lru_cache(None)

@@ -41,7 +41,8 @@ def test_every_item_is_read(tmp_path):
     ("uwb=off@step=", "nothing is no whole number"), ("uwb=off@step=3:x", "x is no whole number"), ("sonar=off", "is unknown"),
     ("busy=1", "busy=1: 1 is no probability from 0 to 0.95"), ("loss=0.1,full@step=9", "full@step=9: nothing is no time"),
     ("loss@step=9", "is unknown"), ("busoff=0.1", "is unknown"), ("busoff@step=9:soon", "soon is no time"),
-    ("power@byte=123", "not built yet"), ("@/nowhere/f", "cannot be read"), ("@/", "cannot be read"),
+    ("power@byte=", "nothing is no whole number"), ("power@step=9", "is unknown"),
+    ("@/nowhere/f", "cannot be read"), ("@/", "cannot be read"),
 ])
 def test_what_means_nothing_is_said_in_one_sentence(text, words, capsys):
     with pytest.raises(FaultError, match="--faults"):
