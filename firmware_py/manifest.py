@@ -34,7 +34,7 @@ package("firmware_py", (
     "collection/manhattan.py", "collection/motion.py", "collection/odometry.py", "collection/search.py", "collection/rolling.py",
     "collection/relocation.py",
     "collection/shadowing.py", "collection/two_fixes.py", "collection/turning_points.py",
-    "collection/traveller.py", "collection/states.py", "collection/uwb.py",
+    "collection/traveller.py", "collection/states.py", "collection/uwb.py", "collection/wall_end.py",
     "storage/barrier_list.py", "storage/__init__.py", "storage/breadcrumbs.py", "storage/frame.py", "storage/hit_ring.py",
     "storage/map_image.py", "storage/point_ring.py", "storage/region_graph.py", "storage/tally.py", "storage/vector_store.py",
     "ports/__init__.py", "ports/frontier_viper.py", "ports/rolling_viper.py", "ports/sight_viper.py",

@@ -1,6 +1,7 @@
 # Round the end of a wall: its other edge is looked for before the robot rolls into it.
 
 from ..fixed import sine, cosine
+from .rolling import REACH_MM
 
 _SAME_MM = const(25)        # the reference is still the same place
 _QUARTER = const(18205)     # 100 degrees: past the first edge, and a little towards the wall's end
@@ -35,9 +36,11 @@ class WallEnd:
             else:
                 self._to_mm = o.path_mm + _STRAIGHT_MM
         least = self._turn - _QUARTER
-        if course_turn >= least:
+        if course_turn >= least or follower.gap_mm < REACH_MM:
             return course_turn
         if self._to_mm < 0:
+            if o.turn_bam >= least:
+                return course_turn
             self._to_mm = o.path_mm + _STRAIGHT_MM
             self._end_mm = o.path_mm + _END_MM
         elif o.path_mm > self._to_mm or o.path_mm > self._end_mm:
