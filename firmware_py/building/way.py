@@ -11,10 +11,12 @@ _BODY = const(38)              # map units of 5 mm: to the next wall, along a wa
 _TIGHT = const(34)             # where there is no other: the body itself
 _TIGHTEST = const(30)          # nor such a one: the map may be 2 cm off, and the robot has been everywhere
 
-# what a tick does: so many of a comparison with a node; a look along a way and the choice of a node cost as much as
-_WORK = const(160)
-_LOOK = const(6)               # and one for each 16 vectors
-_CHOICE = const(20)
+# what a tick does, at least: so many times 16 vectors of a look; what is about that, a comparison of two turning nodes, and the choice of
+# a node with what follows from it cost as much as
+_WORK = const(90)
+_LOOK = const(6)
+_COMPARISON = const(2)
+_CHOICE = const(28)
 
 # the two ends, beside the nodes
 GOAL = CORNERS_MAX
@@ -77,12 +79,14 @@ class Way:
     def _restart(self, margin):
         self._margin = margin
         self.length_cm = UNREACHED
+        costs = self._costs
+        marks = self._marks
         for n in range(CORNERS_MAX + 2):
-            self._costs[n] = UNREACHED
-            self._marks[n] = 0
+            costs[n] = UNREACHED
+            marks[n] = 0
         self._here = GOAL
         self._beside = False
-        self._costs[GOAL] = 0
+        costs[GOAL] = 0
         self._to = -1
 
     def step(self):
@@ -99,8 +103,9 @@ class Way:
                 self._restart(_TIGHT if self._margin == _BODY else _TIGHTEST)
                 return BUSY
             if a != GOAL and not self._g.ready:
+                free = self._free(self._marks[a], a)
                 work -= self._look_cost()
-                if not self._free(self._marks[a], a):
+                if not free:
                     self._fall_back(a)
                     continue
             if a == START:
@@ -112,6 +117,8 @@ class Way:
                 self._to = START
             else:
                 self._offer(a)
+                if a == GOAL:
+                    work -= self.used >> 2  # it is better than nothing for each of them
         return BUSY
 
     def _hopeful(self):
@@ -153,23 +160,26 @@ class Way:
         b = self._to
         self._to = b - 1 if b < GOAL else self.used - 1  # the start first, then the nodes from the last one on
         if self._marks[b] & CLOSED or self._passes(a, b) and self._g.edge(a, b) < 0:
-            return 1
+            return _COMPARISON
         cost = leg_cm(self._x(a) - self._x(b), self._y(a) - self._y(b))
         if self._costs[a] + cost >= self._costs[b]:
-            return 1
-        work = 1
+            return _COMPARISON
+        work = _COMPARISON
         if not self._passes(a, b):
+            free = self._free(a, b)
             work += self._look_cost()
-            if not self._free(a, b):
-                work *= 2
+            if not free:
                 cost = self._around(a, b)
+                work += 2 * self._look_cost()
         if self._costs[a] + cost < self._costs[b]:
             self._costs[b] = self._costs[a] + cost
             self._marks[b] = a
         return work
 
     def _look_cost(self):
-        return _LOOK + (self._vectors.used >> 4)
+        # Of the last one: it ends at the first vector that is in the way.
+        k = self._sight.scope[8]
+        return _LOOK + ((self._vectors.used if k < 0 else k) >> 4)
 
     def _passes(self, a, b):
         # Of two turning nodes the edges tell; else one has to look: _free().
