@@ -3,7 +3,8 @@
 from ..fixed import sine, cosine
 from .rolling import REACH_MM
 
-_SAME_MM = const(25)        # the reference is still the same place
+_SAME_MM = const(50)        # the reference is still the same place: hits lie a little before the edge, and behind it
+_NEW_MM = const(15)         # on the way straight on it is another one
 _QUARTER = const(18205)     # 100 degrees: past the first edge, and a little towards the wall's end
 _STRAIGHT_MM = const(40)    # so far on without anything new: there is no more
 _END_MM = const(140)        # the beam at -65 degrees sees the edge of a thicker wall in time
@@ -28,7 +29,8 @@ class WallEnd:
         d = follower.reference_mm
         x_mm = o.x_um // 1000 + (d * cosine(b) >> 15)
         y_mm = o.y_um // 1000 + (d * sine(b) >> 15)
-        if not (-_SAME_MM < x_mm - self._x_mm < _SAME_MM and -_SAME_MM < y_mm - self._y_mm < _SAME_MM):
+        near = _SAME_MM if self._to_mm < 0 else _NEW_MM
+        if not (-near < x_mm - self._x_mm < near and -near < y_mm - self._y_mm < near):
             self._x_mm = x_mm
             self._y_mm = y_mm
             if self._to_mm < 0:
