@@ -9,7 +9,7 @@ from firmware_py.ports import frontier_viper
 NODES = const(60)
 state = array("i", bytes(8))
 rounds = array("i", bytes(4))
-told = array("i", bytes(16))  # searches with a node to choose, offers that were taken, nodes that had another candidate, rounds that differed
+told = array("i", bytes(16))  # searches with a node to choose, offers taken, nodes with another candidate, rounds that differed
 places = array("H", bytes(4 * NODES))
 costs = array("H", bytes(2 * NODES))
 marks = array("H", bytes(2 * NODES))
