@@ -24,8 +24,8 @@ package("protocol", (
 package("firmware_py", (
     "__init__.py", "device.py", "fixed.py", "identity.py", "inventory.py", "limits.py", "main_stm32.py", "parameters.py",
     "pipeline.py", "record.py", "tables.py", "telemetry.py",
-    "building/__init__.py", "building/builder.py", "building/closure.py", "building/corners.py", "building/gates.py",
-    "building/line_fit.py", "building/outline.py", "building/partition.py", "building/passage.py", "building/rings.py",
+    "building/__init__.py", "building/builder.py", "building/closure.py", "building/corners.py", "building/frontier.py",
+    "building/gates.py", "building/line_fit.py", "building/outline.py", "building/partition.py", "building/passage.py", "building/rings.py",
     "building/room.py", "building/sight.py", "building/tidy.py", "building/topology.py", "building/way.py", "building/walls.py",
     "collection/bumper.py", "collection/__init__.py", "collection/explorer.py", "collection/follower.py", "collection/infrared.py",
     "collection/ekf.py", "collection/infrared_curve.py", "collection/ir_state.py", "collection/landmarks.py",
@@ -33,10 +33,10 @@ package("firmware_py", (
     "collection/manhattan.py", "collection/motion.py", "collection/odometry.py", "collection/search.py", "collection/rolling.py",
     "collection/relocation.py", "collection/sensor_watch.py",
     "collection/shadowing.py", "collection/two_fixes.py", "collection/turning_points.py",
-    "collection/traveller.py", "collection/states.py", "collection/uwb.py",
+    "collection/traveller.py", "collection/states.py", "collection/uwb.py", "collection/wall_end.py",
     "storage/barrier_list.py", "storage/__init__.py", "storage/breadcrumbs.py", "storage/frame.py", "storage/hit_ring.py",
     "storage/map_image.py", "storage/point_ring.py", "storage/region_graph.py", "storage/slots.py", "storage/tally.py",
     "storage/vector_store.py",
-    "ports/__init__.py", "ports/rolling_viper.py", "ports/sight_viper.py",
+    "ports/__init__.py", "ports/frontier_viper.py", "ports/rolling_viper.py", "ports/sight_viper.py",
     "ports/slcan.py", "ports/stm32.py", "ports/stm32_registers.py",
 ), base_path=ROOT, opt=OPT)

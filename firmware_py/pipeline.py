@@ -51,7 +51,6 @@ _SIDE = const(5)             # I6, the mapping beam
 _SIDE_MAX_MM = const(250)
 _PAST_MM = const(1000)
 _STRIFE = const(20)          # reports that contradict the estimate: 2 s
-_ROOM_MM = const(10)         # beside the body, on a way of the topology
 _PATH_MAX_MM = const(1500000)   # along one outline; then from one target to the next, of which there are so many and no more
 
 # bits of parameter `flags`, protocol/parameters.py
@@ -87,10 +86,8 @@ class Tvslam:
         self.reason = 0
         self.degraded = 0
         self._flags = 0
-        self._threshold_mm = 160
         self._since_mm = 0
         self._then = 0        # the state after SAVE
-        self._margin = 36
         self.vectors = VectorStore()
         self.hits = HitRing()
         self.points = PointRing()
@@ -136,9 +133,7 @@ class Tvslam:
         flags = p.of("flags")
         if p.of("mode"):
             flags &= _EQ1_LITERAL
-        if not flags & _FILTER:
-            flags &= ~_KIDNAP
-        self._flags = flags
+        self._flags = flags if flags & _FILTER else flags & ~_KIDNAP
         track_um = p.of("track")
         self.odometry.begin(p.of("dock_x"), p.of("dock_y"), p.of("dock_heading"), p.of("wheel_diameter"),
                             track_um // 2 if flags & _EQ1_LITERAL else track_um, p.of("pulses_per_turn"), flags & _MIDPOINT)
@@ -151,9 +146,9 @@ class Tvslam:
         self.landmarks.on = flags & _LANDMARKS and flags & _FILTER
         self.turning_points.between = flags & _DISTANCE_FIXES
         self.walls.begin(flags & _CORNERS)
-        self._margin = (p.of("body_radius") + _ROOM_MM) // 5
+        self.builder.begin(p.of("body_radius"))
         self.outline.spread = flags & _SPREAD != 0
-        self._threshold_mm = p.of("ir_threshold")
+        self.directions.threshold_mm = p.of("ir_threshold")
         self.watch.begin(p.of("uwb_source") > 0 and p.of("anchor_count") > 0, self.uwb.scope, self.odometry)
         if self.slots.found:
             self.record.resume()
@@ -167,7 +162,7 @@ class Tvslam:
         y_mm = o.y_um // 1000
         self.degraded |= self.watch.look(values, self.tick, o, self.localization, self.left_mm_s, self.right_mm_s)
         self.infrared.update(values, _IR, x_mm, y_mm, o.heading_bam, self.tick)
-        self.directions.update(self.infrared.ranges_mm, self._threshold_mm)
+        self.directions.update(self.infrared.ranges_mm)
         if e.state == LOST:
             self._relocate(values)
         else:
@@ -185,7 +180,7 @@ class Tvslam:
         if e.mapping:
             self._map(x_mm, y_mm)
         if e.state == BUILD:
-            if self.builder.step(self._margin):
+            if self.builder.step():
                 self._sealed()
         elif e.state == SAVE:
             if self.outline.settled() and self.slots.save():

@@ -11,7 +11,7 @@ _ROOM = const(26)            # half a square that must be free around it
 _FAR = const(32700)          # the border of the map
 _SPARE = const(12)           # nodes that those before walls leave to those that join
 _BEFORE = const(70)          # 0.35 m before a gate
-_WORK = const(4000)          # a tick; a look costs as much as 400 vectors, and the vectors
+_WORK = const(2500)          # a tick; a look costs as much as 400 vectors, and those up to the first that is in the way
 _WALL = const(100)           # 0.5 m: the place before a wall as long is to be seen by a node
 _DETOUR = const(10)          # eighths: an edge is spared where another way is no longer than that
 _PASSES = const(2)           # over the records: off the corners, off the walls; then off all corners if not all nodes are joined
@@ -55,11 +55,12 @@ class Topology:
         self._last = 0    # a node that it sees
         self._likely = 0  # one that was seen from the place before
         self._passes = 0
+        self._due = 0     # nodes that it is to be joined with, + 1, 8 bits each; of a pair, whether it is: in a tick of their own
 
     def begin(self, margin):
         self.margin = margin
         self._phase = _GATES if self._g.region_count else _DONE
-        self._i = self._likely = self._parts = 0
+        self._i = self._likely = self._parts = self._due = 0
         self._n = -1
         self._passes = 0
 
@@ -68,26 +69,35 @@ class Topology:
         g = self._g
         if g.ready:
             return True
-        n = _WORK // (self._v.used + 400)
-        while n > 0 and self._phase < _DONE:
-            n -= 1
-            edges = g.edge_count
+        if self._due:
+            self._settle()
+            return False
+        work = _WORK
+        while work > 0 and self._phase < _DONE and not self._due:
             if self._phase == _PAIRS:
-                if self._pair():
-                    n = 0
+                self._pair()
             elif self._n < 0:
                 self._next_place()
                 if self._n >= 0:
-                    n -= 2  # it looked for room
+                    work -= 2 * (self._v.used + 400)  # it looked for room
             else:
                 self._look()
-            if g.edge_count > edges:
-                n = 0  # to place an edge is as much work as all that
-        if self._phase < _DONE:
+            k = self._sight.scope[8]
+            work -= 400 + (k if k >= 0 else self._v.used)
+        if self._phase < _DONE or self._due:
             return False
         g.ready = True
         self._v.generation = (self._v.generation + 1) & 0xFFFF
         return True
+
+    def _settle(self):
+        if self._phase < _PAIRS:
+            self._join((self._due & 255) - 1)
+            self._due >>= 8
+        else:
+            self._due = 0
+            if not self._spared(self._i, self._n - 1):
+                self._link(self._i, self._n - 1)
 
     def _next_place(self):
         # The next place that may become a node.
@@ -167,7 +177,7 @@ class Topology:
             self._sees += 1
             self._likely = n
             if self._new >= 0:
-                self._join(n)
+                self._due = n + 1
             elif self._last < 0:
                 self._last = n
                 if self._passes > 1:
@@ -177,8 +187,7 @@ class Topology:
                 if self._new < 0:
                     self._n = -1
                     return
-                self._join(self._last)
-                self._join(n)
+                self._due = n + 1 << 8 | self._last + 1
         elif self._passes == 1 and self.aside(n, self._x, self._y) and self._is_free(self.aside_x, self.aside_y):
             self._sees += 1
 
@@ -231,7 +240,7 @@ class Topology:
                 self._labels[k] = label
 
     def _pair(self):
-        # An edge between two nodes that see each other. -> whether they do
+        # An edge between two nodes that see each other.
         g = self._g
         a = self._i
         b = self._n
@@ -240,13 +249,10 @@ class Topology:
             self._n = a + 2
             if a + 2 >= g.node_count or g.edge_count == EDGES_MAX:
                 self._phase = _DONE
-            return False
+            return
         self._n = b + 1
         if self._sight.free(g.at(2 * a), g.at(2 * a + 1), g.at(2 * b), g.at(2 * b + 1), self.margin):
-            if not self._spared(a, b):
-                self._link(a, b)
-            return True
-        return False
+            self._due = 1
 
     def _spared(self, a, b):
         # Whether over a node that both are joined with it is hardly farther.

@@ -7,6 +7,7 @@ from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
 from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, SELECT, GOTO, SWEEP, BUILD, BUMP, FAILED, STUCK
 from .traveller import Traveller, AT_WALL, LOST
+from .wall_end import WallEnd
 
 _WINDOW_FOLLOW = const(3641)    # the reference lies from -200 to +20 degrees ...
 _WINDOW_ALIGN = const(29100)    # ... but any wall will do to align with
@@ -42,6 +43,7 @@ class Explorer:
         self.motion = Motion()
         self.bumper = Bumper(odometry, hits, follower, self.motion)
         self.traveller = Traveller()
+        self._wall_end = WallEnd()
         self._here = here
         self.stuck = 0
         self.walls_tried = 0
@@ -204,7 +206,6 @@ class Explorer:
             self.motion.stop()
             self._boxed += 2
             if self._boxed > _BOXED_TICKS:
-                self._hits.clear()
                 self._boxed = 0
                 self._got_stuck()
             return
@@ -224,7 +225,7 @@ class Explorer:
                 self.leave()
             return
         self.arcing = False
-        self._course_turn = self._looked_turn + heading
+        self._course_turn = self._wall_end.limit(o, f, self._looked_turn, self._looked_turn + heading)
         heading = self._course_turn - o.turn_bam
         self.motion.head(heading, f.gap_mm, ultrasonic_mm)
         if self.mapping:
@@ -242,7 +243,6 @@ class Explorer:
         if o.path_mm - self._watch_mm < _WATCH_MM and not self._boxed:
             if o.path_mm < self._wary_to_mm:
                 stuck = True
-                self._hits.clear()
                 self._got_stuck()
             self.be_wary(_WARY_PATH_MM)
         self._watch_tick = tick
@@ -282,13 +282,13 @@ class Explorer:
             self.state = ALIGN
         said = self.bumper.touch(tick, bump)
         if said == OFTEN:
-            self._hits.clear()
             self._got_stuck()
         elif said != KNOWN:
             self._resume = self.state
             self.state = BUMP
 
     def _got_stuck(self):
+        self._hits.clear()
         self.stuck += 1
         if self.stuck > _STUCK_MAX:
             self.end(FAILED)

@@ -59,6 +59,7 @@ class Search:
         self._least = 0
         self._last_ring = 0
         self.visits = 0
+        self._listed = 0        # barrier that _forget() looks at next
 
     def select(self, explorer, here):
         # -> True when nothing is left
@@ -128,9 +129,19 @@ class Search:
         # A hit that may be of something unknown: who is only on his way to a place looks at it first.
         if self._known(x_mm, y_mm, _KNOWN_MM) or not self._sight.inside(x_mm, y_mm):
             return
+        if explorer.mapping:
+            self._forget()
         if self.barriers.add(x_mm // 5, y_mm // 5) and self.kind == PLACE and not explorer.mapping:
             self.kind = WAIT
             explorer.halt()
+
+    def _forget(self):
+        # Who follows a barrier sees it far ahead, place by place: one of the list a call that is on the map by now makes room. Dropped, not
+        # searched: should the barrier be given up, it is seen anew.
+        b = self.barriers
+        i = self._listed = self._listed + 1 if self._listed + 1 < b.used else 0
+        if i < b.used and i != b.going and b.marks[i] == 0 and self._known(b.xs[i] * 5, b.ys[i] * 5, _KNOWN_MM - 30):
+            b.drop(i)
 
     def passing(self, here):
         # The cell that the robot is in, and from its middle the two beside its course: the next lane sees their other half.

@@ -6,10 +6,10 @@
 
 import micropython
 
-from ..building import passage, sight
+from ..building import frontier, passage, sight
 from ..collection import infrared, rolling, uwb
 from ..collection.infrared_curve import RANGE_MM8
-from . import sight_viper
+from . import frontier_viper, sight_viper
 from ..tables import ATAN_BAM, HYPOT_Q16, POWER2_Q16, SINE_Q15
 
 
@@ -22,6 +22,9 @@ def accelerate():
     sight.look = sight_viper.look
     passage.narrow = sight_viper.narrow
     passage.trace = sight_viper.trace
+    frontier.choose = frontier_viper.choose
+    frontier.offer = frontier_viper.offer
+    frontier.other = frontier_viper.other
 
 
 @micropython.viper
