@@ -15,7 +15,6 @@ from protocol.log import LogError, LogReader
 from protocol.messages import MessageError
 
 CHUNK_BYTES = 1 << 20
-HEADER_BYTES, CRC_BYTES = 5, 4
 
 
 def add_arguments(parser):
@@ -100,10 +99,8 @@ def _copy(first, records, kinds, writers):
     """(messages written, frames that are none)"""
     written = strange = 0
     while first is not None:
-        frame = first.frame
-        kind = kinds.get(frame[3]) if len(frame) >= HEADER_BYTES + CRC_BYTES else None
         try:
-            message = kind and kind.unpack(frame[HEADER_BYTES:-CRC_BYTES])
+            message = first.message(kinds)
         except MessageError:
             message = None
         if message is None:

@@ -12,8 +12,6 @@ from protocol.messages import BY_ID, MessageError
 from protocol.translation import of_log
 
 CHUNK_BYTES = 1 << 20
-HEADER_BYTES = 5  # CTL SEQ ACK ID LEN
-CRC_BYTES = 4
 TRUTH = np.dtype([("step", "<u4"), ("x_m", "<f8"), ("y_m", "<f8"), ("heading_rad", "<f8")])
 
 WANTED = frozenset((
@@ -32,7 +30,7 @@ def read_mission(log_path, truth_path, *rest):
     for record in _records(reader, [log_path, *filter(os.path.exists, rest)], builder):
         if kinds is None:
             kinds = _kinds(reader.told, builder)
-        _take(builder, kinds, record.t_us, record.frame)
+        _take(builder, kinds, record)
     return builder.build(read_truth(truth_path))
 
 
@@ -77,17 +75,16 @@ def _records(reader, paths, builder):
     builder.damaged = reader.damage
 
 
-def _take(builder, kinds, t_us, frame):
-    kind = kinds.get(frame[3]) if len(frame) >= HEADER_BYTES else None
-    if kind is None:
-        return
+def _take(builder, kinds, record):
     try:
-        message = fields = kind.unpack(frame[HEADER_BYTES:-CRC_BYTES])
+        message = record.message(kinds)
     except MessageError:
         return  # its CRC is right, so it is of another schema: a log must not bring its reader down
+    if message is None:
+        return
     if message.NAME == "STEP":
-        builder.step(t_us, fields.step, fields.left, fields.right, fields.ir, fields.uwb)
+        builder.step(record.t_us, message.step, message.left, message.right, message.ir, message.uwb)
     elif message.NAME == "STEP_RSP":
-        builder.answer(t_us, fields.step, fields.state)
+        builder.answer(record.t_us, message.step, message.state)
     else:
-        builder.add(message.NAME, fields._asdict())
+        builder.add(message.NAME, message._asdict())

@@ -12,15 +12,13 @@ from host_tools.asked import Asked
 from host_tools.mission import MissionBuilder
 from protocol import schema
 from protocol.dialect import SchemaError
+from protocol.host_link import RELIABLE
 from protocol.log import LogError, LogReader
 from protocol.messages import BY_ID, BY_NAME, MessageError
 from protocol.parameters import PARAMETERS
 from protocol.translation import of_log
 
 CHUNK_BYTES = 1 << 16
-HEADER_BYTES = 5  # CTL SEQ ACK ID LEN
-CRC_BYTES = 4
-RELIABLE = 8      # in CTL
 TELEMETRY = ("POSE", "STORE", "VECTOR", "POINT")    # what does not depend on the machine
 NEEDED = ("STEP", "STEP_RSP", "PARAM_SET")
 AT_THE_END = ("STATUS_RSP", "MAP_INFO_RSP", "MAP_DATA")
@@ -148,13 +146,13 @@ class Recording:
                 if kinds is None and self._reader.told is not None:
                     kinds = self._kinds()
                 for number, record in enumerate(found[:self._reader.sound - before], before):
-                    kind = kinds.get(record.frame[3]) if len(record.frame) >= HEADER_BYTES + CRC_BYTES else None
-                    if kind is not None:
-                        try:
-                            yield kind.unpack(record.frame[HEADER_BYTES:-CRC_BYTES]), _key(record.frame)
-                        except MessageError as error:
-                            self.damage = "record %d is no message of its kind (%s)" % (number, error)
-                            return
+                    try:
+                        message = record.message(kinds)
+                    except MessageError as error:
+                        self.damage = "record %d is no message of its kind (%s)" % (number, error)
+                        return
+                    if message is not None:
+                        yield message, _key(record.frame)
                 if self._reader.damaged_at is not None:
                     self._damaged(file)
         if not self.damage and self._reader.told is None:

@@ -29,6 +29,9 @@ _MARKER = Struct("<16sQQ")
 _RECORD_EXTRA = _RECORD.size + _U32.size
 _MARKER_SIZE = _MARKER.size + _U32.size
 _DT_MAX = 0xFFFFFFFF
+_HEADER = 5             # of a frame: CTL SEQ ACK ID LEN
+_ID = 3
+_CRC = 4
 
 
 class LogError(Exception):
@@ -40,6 +43,11 @@ class Record:
     t_us: int
     direction: int
     frame: bytes
+
+    def message(self, kinds):
+        """What it says, by {id: what unpacks it}; None where that has no such id. May raise MessageError."""
+        kind = kinds.get(self.frame[_ID]) if len(self.frame) >= _HEADER + _CRC else None
+        return kind and kind.unpack(self.frame[_HEADER:-_CRC])
 
 
 # Makes the bytes of a log. Holds a few integers only; the caller stores what

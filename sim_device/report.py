@@ -4,7 +4,6 @@ import json
 import sys
 import time
 
-
 PLAIN_EVERY_S = 5.0
 _END = ("%(verdict)s: %(reason)s (%(state)s). %(robot_s).1f s of robot time, %(path_m).1f m, %(contacts)d contacts; "
         "%(steps)d steps in %(wall_s).1f s, %(real_time_factor)s times real time; %(frames)d frames, %(resent)d sent again")

@@ -22,13 +22,13 @@ _TELLING_UM = const(600000)  # less way in a window says nothing of 1/32 of it
 _APART = const(1280)         # 10 mm: so far from the estimate fixes may see the robot along its way, in the mean of a hundred
 _MEAN_SHIFT = const(7)
 _FIX_MAX_MM = const(100)     # one fix alone says no more than that
-_JUMP = const(200)           # of a beam from tick to tick, counts: a wall does that only where it ends
+_JUMP = const(200)           # of a beam in two ticks, counts: a wall does that only where it ends
 _WILD_MAX = const(60)
 _ECHO_JUMP_MM = const(500)
-_ECHO_SAME = const(33)       # echoes, 2 s
+_ECHO_SAME = const(17)       # echoes, 2 s
 _ECHO_MAX_MM = const(2500)   # farther off a part may have its end
-_NO_ECHO_TICKS = const(250)
-_UNHEARD_TICKS = const(500)
+_NO_ECHO_TICKS = const(125)  # every second one counts
+_UNHEARD_TICKS = const(250)
 
 
 class SensorWatch:
@@ -51,7 +51,7 @@ class SensorWatch:
         self._ordered_mm_s = 0
         self._strikes = 0
         self._path_mm = 0       # where the window began
-        self._beam = 0          # count of the beam whose turn it is, a tick ago
+        self._beam = 0          # count of the beam whose turn it is, two ticks ago
         self._beams = 0         # those that have said something new, a bit each
         self._wild = 0
         self._echo = 0
@@ -70,21 +70,8 @@ class SensorWatch:
 
     def look(self, values, tick, odometry, here, left_mm_s, right_mm_s):
         # -> bits. The speeds: what was ordered a tick ago. `here`: the estimate (localization.py).
-        self._look_beam(values, tick & 7)
-        if values[_SONAR]:
-            self._hear_echo(values[_SONAR], odometry.path_mm)
-        else:
-            self._silent += 1
-            if self._silent > _NO_ECHO_TICKS:
-                self.bits |= ULTRASONIC
-                self._silent = 0
-        if values[_UWB] > 0 or not self._uwb:
-            self._unheard = 0
-        else:
-            self._unheard += 1
-            if self._unheard > _UNHEARD_TICKS:
-                self.bits |= UWB
-                self._unheard = 0
+        if not tick & 1:
+            self._look_out(values, tick >> 1 & 7, odometry.path_mm)
         left = values[_LEFT]
         right = values[_LEFT + 1]
         if left > _PULSES_MAX or left < -_PULSES_MAX or right > _PULSES_MAX or right < -_PULSES_MAX:
@@ -97,10 +84,28 @@ class SensorWatch:
         self._ordered_mm_s += abs(left_mm_s) + abs(right_mm_s)
         if self._off and here.due == 1:
             self._ahead += ahead_mm(self._sums, here.heading_bam) - (self._ahead >> _MEAN_SHIFT)
-        if tick & _WINDOW == 37:
+        if tick & _WINDOW == 0:
             self._judge(odometry)
             self._open(odometry)
         return self.bits
+
+    def _look_out(self, values, j, path_mm):
+        # In every second tick, when the follower has less to do.
+        self._look_beam(values, j)
+        if values[_SONAR]:
+            self._hear_echo(values[_SONAR], path_mm)
+        else:
+            self._silent += 1
+            if self._silent > _NO_ECHO_TICKS:
+                self.bits |= ULTRASONIC
+                self._silent = 0
+        if values[_UWB] > 0 or not self._uwb:
+            self._unheard = 0
+        else:
+            self._unheard += 1
+            if self._unheard > _UNHEARD_TICKS:
+                self.bits |= UWB
+                self._unheard = 0
 
     def _look_beam(self, values, j):
         step = (values[_IR + j] & 1023) - self._beam

@@ -5,7 +5,7 @@ from collections import deque
 
 import can
 
-from sim_device.links.can import open_bus
+from sim_device.links.can_adapter import open_bus
 from sim_device.links.can_frame import KINDS, LENGTHS, parse
 
 BURST = 256     # frames taken at once

@@ -15,6 +15,7 @@ FLUSH_S = 0.02
 HELLO_S = 1.0
 BACKLOG_BYTES = 65536
 DRAIN_S = 1.5
+NUMBER_BYTES = 2    # of an item: so many are kept, whatever a core of another schema counts
 
 _ID = 3         # in a raw frame: CTL SEQ ACK ID LEN body CRC
 _BODY = 5
@@ -142,7 +143,7 @@ def _number_of(kind):
         if type_ == "*":
             break
         if name in _NUMBERS:
-            return slice(at, at + field_size(type_))
+            return slice(at, at + min(field_size(type_), NUMBER_BYTES))
         at += field_size(type_)
     return slice(0)
 

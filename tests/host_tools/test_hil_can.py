@@ -177,7 +177,8 @@ def test_a_bus_that_would_be_too_slow_is_said_and_its_faults_change_nothing(proj
 
 def test_a_full_disk_under_the_candump_is_named_and_ends_no_mission(project, small, tmp_path):
     path = tmp_path / "result.json"
-    code, _, err = finish(hil(project, small, "--target", "cpython", "--link", "slcan", "--candump", "/dev/full", "--json", str(path), *SHORT))
+    full = ("--candump", "/dev/full", "--json", str(path))
+    code, _, err = finish(hil(project, small, "--target", "cpython", "--link", "slcan", *full, *SHORT))
     assert code == 3 and re.search("/dev/full is incomplete: .* after 0 bytes: No space left", err.splitlines()[-1])
     result = json.loads(path.read_text())
     assert result["time"]["robot_s"] == 25 and result["hash"]["steps"] and result["can"]["frames"]

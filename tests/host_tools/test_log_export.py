@@ -138,6 +138,9 @@ def test_bad_arguments_are_one_sentence_each(export, log, tmp_path):
     for words, sentence in (([log], "nothing to write"), ([log, "--candump", log], "would be overwritten"),
                             ([log, "--candump", tmp_path], "is a folder"), ([log, "--csv", __file__], "is no folder"),
                             ([tmp_path / "no", "--csv", tmp_path / "t"], "cannot be read"),
-                            ([log, "--candump", "/dev/full"], "no space left")):
+                            ([log, "--candump", "/dev/full"], "/dev/full could not be written: no space left"),
+                            ([log, "--mcap", "/dev/full"], "/dev/full could not be written: no space left"),
+                            ([log, "--candump", tmp_path / "t", "--mcap", tmp_path / "t"], "that of --candump"),
+                            ([log, "--fd", "--csv", tmp_path / "t"], "give --candump")):
         code, _, err = export(*words)
         assert code == 2 and sentence in err.lower() and err.count("\n") == 1, (words, err)

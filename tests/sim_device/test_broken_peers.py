@@ -47,13 +47,13 @@ def test_a_core_that_is_stopped_in_mid_mission_is_named_in_three_seconds(story):
 
 
 def test_a_core_that_is_stopped_for_a_second_is_waited_for(story):
-    sim, core = story.sim("--max-robot-s", "15"), real_core(story)
+    sim, core = story.sim("--max-robot-s", "40"), real_core(story)
     driving(story, sim)
     os.kill(core.pid, signal.SIGSTOP)
     time.sleep(1)
     os.kill(core.pid, signal.SIGCONT)
     code, events, err = story.finish(sim)
-    assert (code, err) == (1, "") and events[-1]["steps"] == 750 and events[-1]["reason"] == "robot time limit"
+    assert (code, err) == (1, "") and events[-1]["steps"] == 2000 and events[-1]["reason"] == "robot time limit"
 
 
 def test_a_core_that_is_killed_is_named(story):

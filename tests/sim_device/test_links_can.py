@@ -11,7 +11,7 @@ import pytest
 from protocol.host_link import HostLink
 from protocol.messages import BY_NAME
 from sim_device.can_hub import CanHub
-from sim_device.links import can as links_can
+from sim_device.links import can_adapter
 from sim_device.links.can import CanLink
 from sim_device.links.can_frame import LENGTHS, parse
 from sim_device.links.can_uplink import line_of, message_of
@@ -91,10 +91,11 @@ def test_an_adapter_that_is_none_of_ours_cannot_be_made_worse(tmp_path):
 def test_what_is_no_bus_is_one_sentence(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("x")
     for name, words in (("slcan:%s/gone" % tmp_path, "no CAN adapter"), ("slcan:%s/file" % tmp_path, "no CAN adapter"),
-                        ("socketcan:no_such_can", "no such CAN bus")):
+                        ("slcan:%s/none" % tmp_path, r"no CAN adapter that can be opened \(no such file or directory\)"),
+                        ("socketcan:no_such_can", "no such CAN bus"), ("slcan:", "slcan: is no CAN bus: give")):
         with pytest.raises(LinkError, match=words):
             CanLink(name, wait_s=0.05)
-    monkeypatch.setattr(links_can.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(can_adapter.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(LinkError, match=r"msgpack.*pip install 'tvslam\[udp\]'"):
         CanLink("udp")
 
