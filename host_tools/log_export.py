@@ -9,10 +9,10 @@ import sys
 
 from host_tools.hil_options import UsageError, check_file
 from host_tools.log_writers import CandumpWriter, CsvWriter, McapWriter
-from protocol import schema
 from protocol.dialect import CODES, SchemaError, dialect_of
 from protocol.log import LogError, LogReader
 from protocol.messages import MessageError
+from protocol.schema_hash import canonical
 
 CHUNK_BYTES = 1 << 20
 
@@ -31,9 +31,9 @@ def run(args):
             reader = LogReader()
             records = _records(args.log, reader)
             first = next(records, None)     # the head is there, or it is no log
-            kinds = _kinds(args.log, reader.told)
-            writers = [stack.enter_context(writer) for writer in _writers(args, reader.told, kinds)]
-            written, strange = _copy(first, records, kinds, writers)
+            dialect = _dialect(args.log, reader.told)
+            writers = [stack.enter_context(writer) for writer in _writers(args, reader.told, dialect)]
+            written, strange = _copy(first, records, dialect.by_id, writers)
     except (UsageError, LogError) as error:
         print("export: %s" % error, file=sys.stderr)
         return 2
@@ -62,15 +62,16 @@ def _records(path, reader):
         raise LogError("the log %s cannot be exported: it ends within its head" % path)
 
 
-def _kinds(path, told):
-    """{id: class} by the log's own schema, which need not be today's."""
+def _dialect(path, told):
+    """The log's own schema, which need not be today's."""
     try:
-        return dialect_of(told).by_id
+        return dialect_of(told)
     except SchemaError as error:
         raise LogError("the log %s cannot be exported: the schema in its head is not understood (%s)" % (path, error)) from None
 
 
-def _writers(args, told, kinds):
+def _writers(args, told, dialect):
+    kinds = dialect.by_id.values()
     wanted = [(name, path) for name, path in (("--csv", args.csv), ("--candump", args.candump), ("--mcap", args.mcap)) if path]
     if not wanted:
         raise UsageError("nothing to write; give --csv DIR, --candump FILE or --mcap FILE")
@@ -84,15 +85,15 @@ def _writers(args, told, kinds):
         if name != "--csv":
             check_file(name, path)
     if args.candump:
-        if _tupled(told["messages"]) != schema.MESSAGES:
+        if canonical(dialect.messages) != canonical():
             raise UsageError("--candump: the log was written with another schema than this program's, and its CAN frames "
                              "would be other ones; use the version that wrote it")
         yield CandumpWriter(args.candump, args.fd)
     if args.csv:
-        yield CsvWriter(args.csv, kinds.values())
+        yield CsvWriter(args.csv, kinds)
     if args.mcap:
         notes = {key: str(value) for key, value in told.items() if key not in ("messages", "parameters", "optional", *CODES)}
-        yield McapWriter(args.mcap, kinds.values(), notes)
+        yield McapWriter(args.mcap, kinds, notes)
 
 
 def _copy(first, records, kinds, writers):
@@ -111,7 +112,3 @@ def _copy(first, records, kinds, writers):
                 writer.add(first, message)
         first = next(records, None)
     return written, strange
-
-
-def _tupled(part):
-    return tuple(_tupled(item) for item in part) if isinstance(part, list) else part

@@ -30,12 +30,17 @@ class CsvWriter(_Writer):
         except OSError as error:
             raise UsageError("--csv %s is no folder to write to (%s); give another name" % (
                 folder, (error.strerror or str(error)).lower())) from None
+        for kind in kinds:  # a table of another log must not pass for one of this
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(self._path(kind.NAME))
+
+    def _path(self, name):
+        return os.path.join(self._folder, name + ".csv")
 
     def add(self, record, message):
         table = self._tables.get(message.NAME)
         if table is None:
-            path = os.path.join(self._folder, os.path.basename(message.NAME) + ".csv")
-            table = self._tables[message.NAME] = csv.writer(self._file(path, mode="w", encoding="utf-8", newline=""))
+            table = self._tables[message.NAME] = csv.writer(self._file(self._path(message.NAME), mode="w", encoding="utf-8", newline=""))
             table.writerow(["t_s", "epoch", "seq", *_columns(message)])
         table.writerow(["%.6f" % (record.t_us / 1e6), record.frame[0] >> 5 & 3, record.frame[1], *_cells(message)])
 

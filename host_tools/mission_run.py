@@ -76,7 +76,7 @@ def run_mission(args, home_path, folder, log, truth, progress):
             if watch.robot is not None:
                 watch.robot.stop()
             watch.drain()
-            return Outcome(1, "interrupted", watch.end, interrupted=True)
+            return Outcome(1, "interrupted", watch.end, interrupted=True, can=watch.bus.figures() if watch.bus else {})
         finally:
             progress.clear()
             if starter is not None:

@@ -194,3 +194,14 @@ def test_who_dies_on_the_bus_is_named_and_nobody_is_left(project, small, command
     code, _, err = finish(process, 30)
     assert code == 3 and words in err.splitlines()[-1] and "Traceback" not in err
     wait_until(lambda: not any(map(alive, children)))
+
+
+def test_an_interrupted_mission_still_tells_what_its_bus_carried(project, small, tmp_path):
+    path = tmp_path / "result.json"
+    process = hil(project, small, "--target", "cpython", "--link", "slcan", "--realtime", "--json", str(path))
+    wait_until_driving(process)
+    os.killpg(process.pid, signal.SIGINT)
+    code, _, err = finish(process, 30)
+    result = json.loads(path.read_text())
+    assert code == 1 and result["reason"] == "interrupted" and "Traceback" not in err
+    assert result["can"]["frames"] > 0 and result["can"]["bus_load"] > 0

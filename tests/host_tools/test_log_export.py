@@ -134,6 +134,14 @@ def test_what_is_no_log(export, log, tmp_path, data, word):
     assert code == 2 and word in err and err.count("\n") == 1
 
 
+def test_a_table_of_another_log_is_not_left_beside_those_of_this_one(export, log, tmp_path):
+    (tmp_path / "t").mkdir()
+    for name in ("STEP.csv", "MAP_READ.csv", "notes.csv"):
+        (tmp_path / "t" / name).write_text("of another log")
+    assert export(log, "--csv", tmp_path / "t")[0] == 0
+    assert {path.name for path in (tmp_path / "t").iterdir()} == {*(message.NAME + ".csv" for message in messages()), "notes.csv"}
+
+
 def test_bad_arguments_are_one_sentence_each(export, log, tmp_path):
     for words, sentence in (([log], "nothing to write"), ([log, "--candump", log], "would be overwritten"),
                             ([log, "--candump", tmp_path], "is a folder"), ([log, "--csv", __file__], "is no folder"),

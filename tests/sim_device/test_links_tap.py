@@ -9,11 +9,13 @@ import zlib
 import pytest
 
 from protocol import schema, schema_hash
+from protocol.dialect import dialect_of
 from protocol.frame_reader import BOTH
 from protocol.host_link import HostLink
 from protocol.link import Link
 from protocol.messages import BY_NAME
 from sim_device.links.tap import Taps, wire
+from tests.protocol.edited_schema import told
 
 M = BY_NAME
 
@@ -201,3 +203,19 @@ def test_without_taps_nothing_is_kept():
     taps.service(1.0)
     taps.close()
     assert taps._passing == [] and taps._hello is None
+
+
+def test_items_that_a_core_of_another_schema_counts_without_end_do_not_gather(tmp_path):
+    new = told()
+    index = next(field for row in new["messages"] if row[1] == "VECTOR" for field in row[4] if field[0] == "index")
+    index[1] = "u32"
+    theirs = dialect_of(new)
+    kind = theirs.by_name["VECTOR"]
+    taps = Taps([str(tmp_path / "tap")])
+    taps.speaks(theirs)
+    for item in range(10):
+        taps.frame(raw(kind(item << 16 | 7, *[0] * (len(kind.FIELDS) - 1))))
+    assert len(taps._introduction()) == 1
+    taps.frame(raw(kind(8, *[0] * (len(kind.FIELDS) - 1))))
+    assert len(taps._introduction()) == 2
+    taps.close()
