@@ -150,7 +150,7 @@ class Tvslam:
         self.outline.spread = flags & _SPREAD != 0
         self.directions.threshold_mm = p.of("ir_threshold")
         self.watch.begin(p.of("uwb_source") > 0 and p.of("anchor_count") > 0, self.uwb.scope, self.odometry)
-        if self.slots.found:
+        if self.slots.begin():
             self.record.resume()
 
     def step(self, values):

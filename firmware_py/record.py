@@ -59,7 +59,7 @@ class Record:
         f[_CELL_BYTES] = (s.columns * s.rows + 15 >> 4) << 1 if s.cell_mm else 0
         f[_GENERATION] = v.generation
         f[_REASON] = core.reason
-        f[_ENDED] = core.degraded | (256 if core.finished else 0)
+        f[_ENDED] = core.degraded & 255 | (256 if core.finished else 0)
         f[_INSIDE] = 1 if core.explorer.inside else 0
         f[_VECTORS_LOST] = v.lost
         f[_CHAINS_LOST] = v.chains_lost
@@ -154,7 +154,7 @@ class Record:
 
     def drop(self):
         # Of what was put only the cells would count: all else stands behind what is used.
-        for i in range(CELLS_MAX // 16):
+        for i in range(min(self._fields[_CELL_BYTES], CELLS_MAX // 8) >> 1):
             self._core.search.seen[2 * CORNERS_MAX + i] = 0
         for i in range(_FIELDS):
             self._fields[i] = 0

@@ -143,6 +143,8 @@ class _Watch:
             self.progress.show(event)
         elif kind == "end":
             self.end = event
+            for item in event["missed"]:
+                self.progress.note("--faults %s never came: the mission was over before." % item)
         elif kind == "error":
             self.error = event.get("sentence") or event.get("message") or text
             self.blames = event.get("blames", self.blames)
@@ -150,8 +152,11 @@ class _Watch:
         elif kind == "schema":
             self.progress.note(event["text"])
         elif kind == "reset":
-            self.progress.note("Fault: the core is reset at step %d." % event["step"])
-            self.core = self.reset()
+            self.progress.note(event["text"])
+            if not event["here"]:
+                self.core = self.reset()
+        elif kind == "restart":
+            self.progress.note("The core has started anew at step %d, where the robot stands." % event["step"])
         elif kind in ("ready", "start"):
             self.waiting = kind == "ready"
             for sentence in event.get("storage", ()):

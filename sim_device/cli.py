@@ -175,21 +175,39 @@ def incomplete(files):
     return "; ".join(file.failure for file in files if file.failure)
 
 
-def made_worse(link, plan, options, reset, kept):
-    """The link with the faults of the plan: those of CAN frames happen on the bus, by the same seed."""
+def made_worse(link, plan, options, tell, kept):
+    """The link with the faults of the plan: those of CAN frames happen on the bus, by the same seed. tell(byte, here): a reset."""
+    from sim_device.faults import plain
     from sim_device.links.faulty import FaultyLink
+    restart = getattr(link, "restart", None)    # else somebody else must do it
 
     def note(item):
         if kept:
             kept.add((item + "\n").encode())
+
+    def reset(byte):
+        tell(byte, restart is not None)
+        if restart is not None:
+            restart()
     if plan.of_the_bus:
         if not hasattr(link, "worsen"):
             raise InputError("--faults: loss, full, busy and busoff are faults of a CAN bus, and %s is none; use hil --link slcan, or "
                              "leave them out" % (options.link or options.core))
         link.worsen([("seed", options.seed), *plan.bus.items()])
         for kind, chance in plan.bus.items():
-            note("%s=%g" % (kind, chance))
-    return FaultyLink(link, plan, options.seed, getattr(link, "restart", reset), note) if plan.of_the_link else link
+            note("%s=%s" % (kind, plain(chance)))
+    return FaultyLink(link, plan, options.seed, reset, note) if plan.of_the_link else link
+
+
+def why_reset(step, byte):
+    if byte is None:
+        return "Fault: the core is reset at step %d." % step
+    return "Fault: the power is lost at step %d, while byte %d of the non-volatile memory is written." % (step, byte)
+
+
+def missed(link, nvm):
+    """The faults that never came, as the mission was over before."""
+    return getattr(link, "missed", list)() + ["power@byte=%d" % number for number in (nvm.power if nvm else ())]
 
 
 def mission(options, report, signals):
@@ -214,6 +232,8 @@ def mission(options, report, signals):
             home = load_home(options.home)
             robot = VirtualRobot(home, load_robot(options.robot), options.seed, options.uwb, options.odometry)
             plan = parse(options.faults or "")
+            if plan.power and options.nvm == NO_NVM:
+                raise InputError("--faults power@byte=%d: there is no memory to write with --nvm none; leave out one of the two" % plan.power[0])
             if plan.sensors:
                 robot = FaultySensors(robot, plan.sensors, options.seed)
             told = settings(options, robot.parameters())
@@ -229,7 +249,8 @@ def mission(options, report, signals):
             link = open_link(options)
             stack.enter_context(contextlib.closing(link))
             kept = options.keep_faults and grows(GrowingFile, options.keep_faults)
-            link = made_worse(link, plan, options, lambda: report.event("reset", step=session.now), kept)
+            link = made_worse(link, plan, options, lambda byte, here: report.event(
+                "reset", step=session.now, byte=byte, here=here, text=why_reset(session.now, byte)), kept)
             nvm = None
             if options.nvm != NO_NVM:
                 nvm = stack.enter_context(contextlib.closing(Nvm(path=options.nvm, power=plan.power, seed=options.seed)))
@@ -250,7 +271,7 @@ def mission(options, report, signals):
     else:
         code = EXIT_INTERRUPTED if end["reason"] == "interrupted" else EXIT_FINISHED if end["finished"] else EXIT_NOT_FINISHED
         code = EXIT_PEER if incomplete(files) else code
-        report.event("end", exit=code, incomplete=incomplete(files), **end)
+        report.event("end", exit=code, incomplete=incomplete(files), missed=missed(link, nvm), **end)
         return code
     # A mission that broke off still tells how far it came.
     report.error(sentence, code, blames=blames, incomplete=incomplete(files), **(session.summary(sentence) if session else {}))

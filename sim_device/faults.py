@@ -81,6 +81,11 @@ def parse(text):
     return plan
 
 
+def plain(number):
+    """As _add() reads it."""
+    return ("%.6f" % number).rstrip("0").rstrip(".")
+
+
 def _file(path):
     try:
         if os.path.getsize(path) > FILE_MAX:

@@ -26,7 +26,7 @@ class Nvm:
         self.lose_power = lose_power
         self.off = False
         self.written = self.erases = self.programs = self.reads = 0
-        self._power = sorted(power)
+        self.power = sorted(power)  # those to come
         self._random = random.Random("%d power" % seed)
         self._file = _opened(path, size) if path else None
         self._bytes = bytearray(_content(self._file, path, size) if path else b"\xff" * size)
@@ -67,8 +67,8 @@ class Nvm:
     def _count(self, size):
         """How many of these bytes are whole when the power is lost; None where it is not."""
         before, self.written = self.written, self.written + size
-        while self._power and self._power[0] < self.written:
-            number = self._power.pop(0)
+        while self.power and self.power[0] < self.written:
+            number = self.power.pop(0)
             if number >= before:
                 self.written = number + 1
                 self.off = True

@@ -50,12 +50,14 @@ class PlainReport:
         elif name == "schema":
             self._say(fields["text"])
         elif name == "reset":
-            self._say("the core is to be reset at step %d: start it anew" % fields["step"])
+            self._say(fields["text"] + ("" if fields["here"] else " Start the core anew."))
         elif name == "restart":
             self._say("the core has started anew at step %d, where the robot stands" % fields["step"])
         elif name == "end":
             said = {**fields, "verdict": "finished" if fields["finished"] else "not finished"}
             self._say(_END % said)
+            for item in fields["missed"]:
+                self._say("--faults %s never came: the mission was over before." % item)
             if fields["incomplete"]:
                 self._say("sim_device: " + fields["incomplete"])
 

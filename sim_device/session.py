@@ -54,7 +54,7 @@ class Session:
         self._taps = taps
         self._report = report
         self._truth = truth
-        self._settings = {**(settings or {}), **({"tick_ms": [TICK_MS]} if realtime else {}), **self.storage.parameters()}
+        self._settings = {**(settings or {}), **({"tick_ms": [TICK_MS]} if realtime else {})}
         self._realtime = realtime
         self._place = LastPlace(robot.parameters())
         self._free = None
@@ -109,7 +109,7 @@ class Session:
         if self.peer.link.translation is not None:
             self._report.event("schema", text=self.peer.link.translation.summary())
         self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()),
-                           storage=self.storage.sentences())
+                           storage=self.storage.sentences(self.restarts > 0))
         if self._realtime:
             self._free = FreeRun(self.peer, self.robot)
             self._free.join()
@@ -156,8 +156,9 @@ class Session:
         return name_of(self.peer.link.names["states"], self.state, "state")
 
     def _set_parameters(self, dock):
-        told = {**self.robot.parameters(), **self._settings, **dock}
-        number_of = self.peer.link.parameter
+        link = self.peer.link
+        told = {**self.robot.parameters(), **self._settings, **self.storage.parameters(link), **dock}
+        number_of = link.parameter
         rows = [(number, name, index, value) for name, values in sorted(told.items(), key=lambda item: _PLACES[item[0]])
                 for index, value in enumerate(values) if (number := number_of(name, index, value)) is not None]
         answers = self.peer.ask_all([

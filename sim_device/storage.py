@@ -12,49 +12,59 @@ _PASSED_OVER = (
     ("foreign", schema.NVM_FOREIGN, "A stored map was passed over: another version of the core wrote it, or one with larger stores."),
 )
 _LOADED = {
+    None: "The core had stored nothing yet: its mission begins again.",
     "outline": "The core has loaded the outline that it had stored, and goes on searching inside.",
     "explored": "The core has loaded the home that it had explored: only the map is built.",
 }
+_ANEW = "To have the home explored anew, give --nvm another name."
+_UNABLE = "This core is of a version that keeps nothing: a loss of power costs its map, and the non-volatile memory stays as it is."
 
 _NVM, _NVM_DONE = BY_NAME["NVM"], BY_NAME["NVM_DONE"]
 
 
-# begin(peer) before the first step: the core looks for what it kept. serve(peer) once behind each answer that says SAVE.
-# `loaded` is what a core found when it began last: None, "outline" or "explored".
+# parameters(link): what the core at its end is told. begin(peer) before the first step: the core looks for what it kept. serve(peer)
+# once behind each answer that says SAVE. `loaded` is what a core found when it began last: None, "outline" or "explored".
 class Storage:
     def __init__(self, nvm=None):
         self.nvm = nvm
+        self.able = True        # the core can keep something
         self.loaded = None
         self.found = []         # the same of every core that began, and what it passed over
         self.kept = 0           # what the core said last
         self._done = (0, 0, b"")
         self._number = 0        # of the last wish
 
-    def parameters(self):
-        return {"nvm_bytes": [self.nvm.size]} if self.nvm is not None else {}
+    def parameters(self, link):
+        """None for a core from before there was such a memory: it works without."""
+        self.able = "nvm_bytes" in link.dialect.numbers and not link.flaw(("NVM_DONE", "NVM"))
+        return {"nvm_bytes": [self.nvm.size]} if self.nvm is not None and self.able else {}
 
     def begin(self, peer):
         self._done = (0, 0, b"")
         self._number = 0
         self.loaded = None
-        if self.nvm is None:
+        self.kept = 0
+        if self.nvm is None or not self.able:
             return
         self.nvm.on()
-        self.kept = 0
         for _ in range(BOOT_MAX):
             try:
                 if not self.serve(peer):
                     break
             except Refused:
-                break       # a core of a version that keeps nothing
+                self.able = False
+                return
         if self.kept & schema.NVM_KEPT:
             self.loaded = self._phase()
         self.found.append({"loaded": self.loaded, **{name: bool(self.kept & bit) for name, bit, _ in _PASSED_OVER}})
 
-    def sentences(self):
-        """What the core found when it began, for people."""
+    def sentences(self, again=False):
+        """What the core found when it began, or began again, for people."""
+        if self.nvm is not None and not self.able:
+            return [_UNABLE]
         told = [sentence for _, bit, sentence in _PASSED_OVER if self.kept & bit]
-        return told + [_LOADED[self.loaded]] if self.loaded else told
+        told += [_LOADED[self.loaded]] if self.loaded or again else []
+        return told + [_ANEW] if self.loaded == "explored" and self.nvm.path and not again else told
 
     def serve(self, peer):
         """One exchange; whether the core wants more."""

@@ -6,6 +6,8 @@ from ..storage.vector_store import BARRIER
 from . import passage
 
 _LONGEST = const(11000)      # polar() takes distances below 16384
+_TRACE = const(100)          # to begin a trace costs as much as so many of its records,
+_LOOK = const(260)           # a look this and a record a vector
 
 
 class Rings:
@@ -17,6 +19,7 @@ class Rings:
         self.crossed = 0
         self.far = 0          # since it was set to 0: places too far from one another for areas to be true
         self._v = vectors
+        self.work = 0         # left of this tick's, in records of a trace: about 110 instructions each
         self._scope = array("i", bytes(24))
 
     def beside(self, i, way):
@@ -82,17 +85,17 @@ class Rings:
         s = self._scope
         s[0] = x
         s[1] = y
-        passage.trace(v.xs, v.ys, gate, gate + 1, s)
-        s[4] = s[5] = 0
-        while count > 0:
-            self.beside(first, 1)
-            c = self.chain
-            n = min(count, v.firsts[c] + v.counts[c] - first)
-            passage.trace(v.xs, v.ys, first, first + n, s)
-            count -= n
-            if count:
-                first = self.beside(first + n - 1, 1)
-        passage.trace(v.xs, v.ys, gate, gate + 1, s)
-        self.crossed = s[5]
-        self.far |= s[5] & passage.FAR
-        return s[4]
+        s[2] = gate
+        s[3] = first
+        s[4] = count
+        s[5] = self.chains
+        passage.trace(v.xs, v.ys, v.firsts, v.counts, v.kinds, s)
+        self.work -= count + _TRACE
+        self.crossed = s[1]
+        self.far |= s[1] & passage.FAR
+        return s[0]
+
+    def looked(self, sight):
+        # A look of this sight's costs as much as these records.
+        n = sight.scope[8]
+        self.work -= _LOOK + (n if n >= 0 else self._v.used)

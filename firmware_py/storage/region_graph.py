@@ -25,7 +25,8 @@ class RegionGraph:
     #          edges: the other node | region << 8 at EDGES + k: 2 B. An edge stands once, at the node of the lower number, its cost
     #          is its length.
     # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates; until settle_floors(), a
-    # region's LEARNED has the upper bits of its area, so that what is larger than AREA_MAX may still be cut.
+    # region's LEARNED has the upper bits of its area, so that what is larger than AREA_MAX may still be cut, and LINES whether it lies
+    # in what the gate that is tried would cut off.
     # Full: what comes is refused and counted in `lost`, as is an area that cannot be told. Allocates in __init__ only.
 
     def __init__(self):

@@ -27,7 +27,8 @@ _COMMIT = const(6)
 class Slots:
     # The memory is at the other end of the link, and the core only answers: so it is asked by answers. exchange(values, out) takes a
     # NVM_DONE (in place: out may be values) and leaves the next NVM in out, -> how many bytes of data it carries. The first ones,
-    # before the mission, look for the newest whole record and load it: `found` then. save() each tick until True writes a new one.
+    # before the mission, look for the newest whole record and load it: `found` then, which begin() tells. save() each tick until True
+    # writes a new one.
     # `kept` tells what became of it, in the bits of protocol/schema.py: a record that does not fit is not kept, the one before it stays.
     # ready: there is a memory, and it has been looked at.
     #
@@ -78,11 +79,19 @@ class Slots:
         # Whether what was last to be kept is not.
         return self.kept & (NVM_TOO_SMALL | NVM_FAILED) != 0
 
+    def begin(self):
+        # The mission does. What is not loaded by now will not be: its place is taken. -> whether there is something to go on from
+        if _NEW < self._phase < _IDLE:
+            self._give_up()
+        return self.found
+
     def _give_up(self):
         self.kept |= NVM_FAILED
         self.ready = False
         if self._phase >= _ERASE:
             self._slot = 1 - self._slot
+        elif self._phase != _IDLE:
+            self._record.drop()
         self._phase = _IDLE
         self._request = 0
 

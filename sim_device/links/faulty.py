@@ -8,7 +8,7 @@ from protocol import cobs
 from protocol.describe import field_size
 from protocol.dialect import OURS
 from protocol.messages import BY_NAME
-from sim_device.faults import BUS_EVENTS
+from sim_device.faults import BUS_EVENTS, plain
 
 OVERTAKEN_S = 0.02      # so long a frame waits for the next one to go first
 TORN_MAX = 256          # bytes without a delimiter: no frame, they pass as they are
@@ -85,8 +85,8 @@ class _Way:
 
 
 # Stands in for the link that it wraps towards Peer: write() takes one whole frame, read() gives what came. Times are
-# the link's own. `note(text)` gets each fault as an item of --faults that repeats it. `reset()` starts the core anew, or
-# asks for it to be done; what was sent to the old core, or comes from it, is lost.
+# the link's own. `note(text)` gets each fault as an item of --faults that repeats it. `reset(byte)` starts the core anew, or
+# asks for it to be done, `byte` is that at which the power was lost, if it was; what was sent to the old core, or comes from it, is lost.
 class FaultyLink:
     def __init__(self, link, plan, seed, reset, note=lambda text: None):
         self._link = link
@@ -153,7 +153,7 @@ class FaultyLink:
             if part:
                 self._happens("up", self._up.frames + 1, now_s)
                 wire = b"\0" + part + b"\0"
-                if not self._plan.events or self._lives(wire):
+                if not (self._plan.events or self._plan.power) or self._lives(wire):
                     self._up.send(wire, now_s)
 
     def _deliver(self, now_s):
@@ -191,17 +191,24 @@ class FaultyLink:
     def lose_power(self, number):
         """What the non-volatile memory says when the power was lost at that byte (sim_device/nvm.py)."""
         self._noted("power", "byte", number, None)
-        self._start_anew()
+        self._start_anew(number)
 
-    def _start_anew(self):
+    def missed(self):
+        """Items of the plan whose step or frame never came."""
+        sent = {"down": self._down.frames, "up": self._up.frames}
+        items = [(kind, place) for place, events in self._plan.events.items() for kind, _ in events if (*place, kind) not in self._seen]
+        items += [(kind, place) for place, faults in self._plan.frames.items() for kind, _ in faults if place[1] > sent[place[0]]]
+        return ["%s@%s=%d" % (kind, *place) for kind, place in items]
+
+    def _start_anew(self, byte=None):
         self.resetting = True
         self._down.clear()
         self._up.clear()
-        self._reset()
+        self._reset(byte)
 
     def _noted(self, kind, where, number, detail):
         text = "%s@%s=%d" % (kind, where, number)
-        self._note(text if detail is None else "%s:%d" % (text, detail) if kind == "flip" else "%s:%gs" % (text, detail))
+        self._note(text if detail is None else "%s:%d" % (text, detail) if kind == "flip" else "%s:%ss" % (text, plain(detail)))
 
 
 def _decoded(wire):

@@ -50,6 +50,10 @@ class Peer:
         return self._pty.path
 
     @property
+    def resetting(self):
+        return self._pty.resetting
+
+    @property
     def repeats(self):
         return self.resent + self.window.repeats
 
@@ -88,8 +92,7 @@ class Peer:
     def begin(self, hello):
         """Joins the core that said this, or the one that has taken its place by then; its HELLO."""
         while True:
-            refusal = self.link.refusal(hello)
-            if refusal is not None:
+            if refusal := self.link.refusal(hello):
                 raise PeerError("%s: %s" % (self._pty.path, refusal))
             if self.hello is not None and hello.boot_id != self.hello.boot_id:
                 self._boots.add(self.hello.boot_id)
@@ -167,8 +170,7 @@ class Peer:
     def _until(self, asked, dead_s, what):
         """Waits for that answer; repeats what is due."""
         window, clock = self.window, self._clock
-        start_s = lost_s = clock()
-        now_s = start_s
+        start_s = lost_s = now_s = clock()
         while asked.answer is None:
             self._receive(min(window.wait_us(int(now_s * 1e6)) // 1000 + 1, 20))
             if asked.answer is not None:

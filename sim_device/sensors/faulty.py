@@ -25,7 +25,8 @@ _PLACES = {"encoder": (1, 3), "infrared": (3, 11), "ultrasonic": (11, 12), "uwb"
 
 
 # One fault of one sensor. spoil(values, active) sees every tick, as what a sensor said before is its business, and changes
-# the values while it is active. Pulses that an encoder holds back come later: none is lost but to off, stuck and garbage.
+# the values while it is active. Pulses that an encoder holds back come later, also when the fault is over: none is lost but to off,
+# stuck, garbage and intermittent.
 class _Spoiled:
     def __init__(self, fault, anchors, seed):
         self.fault = fault
@@ -42,10 +43,19 @@ class _Spoiled:
         if not active:
             if self._speaks(said):
                 self._last = said
+            if self.fault.sensor == "encoder":
+                self._catch_up(values)
             return
         spoilt = getattr(self, "_" + self.fault.kind)(said)
         for i, value in enumerate(spoilt):
             values[self._first + i] = value
+
+    def _catch_up(self, values):
+        """What is late comes a tick's worth at a time."""
+        late = self._late.popleft() if self._late else (0, 0)
+        for i in range(2):
+            values[self._first + i] += late[i] + self._gathered[i]
+        self._gathered = [0, 0]
 
     def _speaks(self, said):
         return self.fault.sensor in ("encoder", "infrared") or said[0] != 0

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from firmware_py.limits import CORNERS_MAX
 from firmware_py.pipeline import Tvslam
 from firmware_py.storage import slots as slots_file
 from protocol import schema
@@ -50,6 +51,33 @@ def test_a_record_is_loaded_as_it_was_kept(first, second, again):
     assert loaded.slots.found and loaded.slots.ready and state(loaded) == state(served.core)
     assert bool(loaded.slots.kept & schema.NVM_EXPLORED) == bool(served.core.reason)
     assert not loaded.slots.kept & (schema.NVM_DAMAGED | schema.NVM_FOREIGN)
+
+
+def cells(core):
+    return list(core.search.seen[2 * CORNERS_MAX:])
+
+
+@pytest.mark.parametrize("refused", [False, True])
+def test_of_a_record_that_is_not_loaded_to_its_end_nothing_stays(refused):
+    # The host breaks off and begins the mission, or the memory refuses to be read, when half of the cells are there.
+    def fill(core):
+        fill_of(3, 40)(core)
+        core.search.cell_mm, core.search.columns, core.search.rows = 370, 64, 64
+        for i in range(256):
+            core.search.seen[2 * CORNERS_MAX + i] = 0x5555
+    served = Served(core_with(kept(fill).nvm), kept(fill).nvm)
+    core, blank = served.core, cells(Tvslam())
+    while cells(core) == blank:
+        served.exchange()
+    served.exchange()
+    if refused:
+        served.done = (served.done[0], 1, b"")
+        assert not served.exchange()
+    core.begin()
+    for _ in range(99):
+        served.exchange()
+        assert not core.slots.found and not core.slots.ready and core.slots.lost()
+        assert cells(core) == blank and core.vectors.used == 0 and core.search.cell_mm == 0 and core.record.news() is False
 
 
 def test_the_largest_record_fits_into_the_memory_of_the_robot():

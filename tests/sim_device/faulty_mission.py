@@ -49,9 +49,9 @@ def home_of(name):
 def mission(home="studio", seed=1, faults="", fault_seed=1, steps=200, link=None, nvm=None):
     """An Outcome; PeerError where the robot gave up."""
     plan, done = parse(faults), []
-    link = link or MemoryLink(CORE)
+    link = bare = link or MemoryLink(CORE)
     if plan.of_the_link:
-        link = FaultyLink(link, plan, fault_seed, link.restart, done.append)
+        link = FaultyLink(link, plan, fault_seed, lambda byte: bare.restart(), done.append)
     robot = VirtualRobot(home_of(home), load_robot(), seed)
     if plan.sensors:
         robot = FaultySensors(robot, plan.sensors, seed)

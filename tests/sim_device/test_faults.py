@@ -4,8 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from protocol.host_link import HostLink
+from protocol.messages import BY_NAME
 from sim_device import cli
 from sim_device.faults import KINDS, SENSORS, FaultError, SensorFault, parse
+from sim_device.links.faulty import FaultyLink
+from sim_device.links.memory import MemoryLink
 from sim_device.sensors.faulty import FaultySensors
 from tests.sim_device.faulty_mission import CORE, Outcome, calm, mission
 
@@ -59,6 +63,44 @@ def test_a_fault_of_a_can_bus_needs_one(text, capsys):
     assert len(said) == 1 and "faults of a CAN bus, and %s is none; use hil --link slcan" % CORE in said[0]
 
 
+def test_power_is_not_lost_at_a_memory_that_is_not_there(capsys):
+    assert cli.main(["studio", "--core", CORE, "--nvm", "none", "--faults", "power@byte=7"]) == cli.EXIT_BAD_INPUT
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and "power@byte=7: there is no memory to write with --nvm none" in said[0]
+
+
+def test_what_never_came_is_said(capsys):
+    never = ["reset@step=77", "cut@down=9999", "drop@up=9998", "power@byte=9997"]
+    faults = "reset@step=5,drop@up=3," + ",".join("%s:1s" % item if "cut" in item else item for item in never)
+    assert cli.main(["studio", "--core", CORE, "--max-robot-s", "1", "--faults", faults]) == cli.EXIT_NOT_FINISHED
+    said = capsys.readouterr().err.splitlines()
+    for item in never:
+        assert "--faults %s never came: the mission was over before." % item in said
+    assert sum("never came" in line for line in said) == len(never)
+    assert "Fault: the core is reset at step 5." in said and "The core had stored nothing yet: its mission begins again." in said
+
+
+@pytest.mark.parametrize("text", ["delay@up=3:0.01ms", "cut@step=3:123456.7s", "delay@down=2:0.000123s"])
+def test_what_a_mission_met_is_kept_as_it_was(text):
+    plan, done = parse(text), []
+    link = FaultyLink(MemoryLink(CORE), plan, 1, None)
+    (place, faults), = (plan.frames or plan.events).items()
+    link._note = done.append
+    link._noted(faults[0][0], *place, faults[0][1])
+    again = parse(done[0])
+    assert (again.frames, again.events) == (plan.frames, plan.events)
+
+
+def test_a_core_that_has_lost_its_power_says_nothing_more():
+    link = FaultyLink(MemoryLink(CORE), parse("power@byte=0"), 1, lambda byte: None)
+    assert link.read() and link.read() == b""   # its HELLO
+    link._link.write(HostLink().encode(BY_NAME["IDENTIFY"](0, 0)))
+    link.lose_power(0)
+    assert link._link._out and link.read() == b"", "it was on its way"
+    link._link.restart()
+    assert link.read(), "a new one's HELLO"
+
+
 @given(st.text(max_size=40))
 def test_no_text_is_a_traceback(text):
     try:
@@ -110,7 +152,7 @@ def test_each_fault_of_each_sensor_spoils_that_one_in_its_time(sensor, kind):
     place = PLACES[sensor]
     for row, true in zip(rows, TRUE):
         for other in SENSORS:
-            if other != sensor or not 31 <= row[0] < 71:
+            if other != sensor or not 31 <= row[0] < (81 if (sensor, kind) == ("encoder", "delayed") else 71):
                 assert row[PLACES[other]] == true[PLACES[other]]
     got, true = [row[place] for row in rows[30:70]], [row[place] for row in TRUE[30:70]]
     assert got != true
@@ -128,9 +170,11 @@ def test_each_fault_of_each_sensor_spoils_that_one_in_its_time(sensor, kind):
     assert sensed("%s=%s@step=31:40" % (sensor, kind)) == rows, "it is seeded"
 
 
-def test_what_slow_wheels_turn_is_told_later_and_none_of_it_is_lost():
-    rows = sensed("encoder=slow@step=1:100")
-    assert sum(row[1] for row in rows) == sum(row[1] for row in TRUE)
+@pytest.mark.parametrize("fault", ["slow@step=1:100", "slow@step=11:32", "delayed@step=11:32", "delayed@step=11:3"])
+def test_what_slow_and_late_wheels_turn_is_told_later_and_none_of_it_is_lost(fault):
+    rows = sensed("encoder=" + fault)
+    for side in (1, 2):
+        assert sum(row[side] for row in rows) == sum(row[side] for row in TRUE)
 
 
 @pytest.mark.timeout(300)

@@ -9,6 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("protocol", "firmware_py", "sim_device")
 SCHEMA, PARAMETERS, TELEMETRY = "protocol/schema.py", "protocol/parameters.py", "firmware_py/telemetry.py"
+DEVICE = "firmware_py/device.py"
 
 LIDAR = '    (0x26, "LIDAR", UP, 0, (("range_mm", "u16", "mm"), ("x", "i16", "5 mm"), ("state", "u8", ""))),\n'
 TELL_LIDAR = """        self._device.send(POSE)
@@ -22,6 +23,16 @@ BEGIN_POSE = """        out = self._device.link.out
 MEMORY = """    (0x25, "MEMORY", UP, 0, (
         ("heap_bytes", "u32", "B"), ("heap_used_bytes", "u32", "B"), ("heap_locked", "u8", ""),
         ("allocated_after_boot_bytes", "u32", "B"))),
+"""
+NVM = """    (0x34, "NVM_DONE", DOWN, 1, (("request", "u16", ""), ("status", "u8", ""), ("data", "*", (("byte", "u8", ""),)))),
+    (0x35, "NVM", UP, 1, (
+        ("request", "u16", ""), ("operation", "u8", ""), ("kept", "u8", "bits"), ("address", "u32", "B"), ("size", "u16", "B"),
+        ("data", "*", (("byte", "u8", ""),)))),
+"""
+NVM_BYTES = """    ("nvm_bytes", "B", 1, 0, 1048576, 0),          # non-volatile memory at the robot's end; 0: none, and nothing is kept
+"""
+ANSWER_NVM = """        elif message_id == NVM_DONE:
+            self.send(NVM, self.core.slots.exchange(self.link.values, self.link.out))
 """
 # Where a value of POSE goes, and by what its line is known; in an order in which no line is met twice.
 PLACES = ((13, 14, "core.explorer"), (12, 13, "here.fixes"), (11, 12, "core.vectors"), (10, 11, "core.points"), (9, 10, "o.path"),
@@ -55,6 +66,8 @@ VERSIONS = {
         TELEMETRY: [("LINK, MEMORY", "LINK"), ("self._device.send_memory(MEMORY)", "pass")]},
     # A parameter before all others: the core numbers them anew.
     "renumbered": {PARAMETERS: [('    ("dock_x",', '    ("battery", "mV", 1, 0, 20000, 7400),\n    ("dock_x",')]},
+    # From before there was a non-volatile memory.
+    "forgetful": {SCHEMA: [(NVM, "")], PARAMETERS: [(NVM_BYTES, "")], DEVICE: [("NVM, NVM_DONE, ", ""), (ANSWER_NVM, "")]},
     # A field that has no place any more, without which nobody drives.
     "without": {SCHEMA: [('("left_mm_s", "i16", "mm/s")', '("left_um_s", "i16", "um/s")')]},
 }

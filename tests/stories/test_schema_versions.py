@@ -21,9 +21,10 @@ from sim_device.links.peer_errors import PeerError
 from sim_device.links.pty import Pty
 from sim_device.links.tap import Taps
 from sim_device.links.trace import FrameLog
+from sim_device.nvm import Nvm
 from sim_device.session import STEP_S, Session
 from sim_device.virtual_robot import VirtualRobot
-from tests.sim_device.faulty_mission import Outcome, Silent, Truth, calm, home_of
+from tests.sim_device.faulty_mission import Outcome, Told, Truth, calm, home_of
 from tests.stories.other_schema import ROOT, version
 
 STEPS = 200
@@ -52,18 +53,9 @@ def core(folder, path, vm=(sys.executable,)):
         process.wait()
 
 
-class Events(Silent):
-    def __init__(self):
-        self.said = []
-
-    def event(self, name, **fields):
-        if name == "schema":
-            self.said.append(fields["text"])
-
-
-def drive(folder, tmp_path, vm=(sys.executable,), tap=None):
+def drive(folder, tmp_path, vm=(sys.executable,), tap=None, nvm=None):
     """A mission of this host with the core of that folder: an Outcome, which has what was said of the schema."""
-    truth, events, link = Truth(), Events(), str(tmp_path / "link")
+    truth, told, link = Truth(), Told(), str(tmp_path / "link")
     with contextlib.ExitStack() as stack:
         log = stack.enter_context(contextlib.closing(FrameLog(str(tmp_path / "log"), home="studio")))
         pty = Pty(link)
@@ -71,10 +63,10 @@ def drive(folder, tmp_path, vm=(sys.executable,), tap=None):
         stack.callback(pty.close)   # first: the core ends by it
         taps = stack.enter_context(contextlib.closing(Taps([tap] if tap else [])))
         robot = VirtualRobot(home_of("studio"), load_robot(), 1)
-        session = Session(pty, taps, robot, events, log, truth, max_robot_s=(STEPS + 0.5) * STEP_S)
+        session = Session(pty, taps, robot, told, log, truth, max_robot_s=(STEPS + 0.5) * STEP_S, nvm=nvm)
         session.run(ENDS_S)
-        outcome = Outcome(session, truth, pty, [])
-        outcome.said = events.said
+        outcome = Outcome(session, truth, pty, [], told)
+        outcome.said = [fields["text"] for name, fields in told if name == "schema"]
         if tap:
             outcome.monitor = watched(tap, taps)
         return outcome
@@ -102,6 +94,14 @@ def test_a_core_of_another_version_maps_as_ours(name, differs, versions, tmp_pat
     outcome = drive(versions(name), tmp_path)
     assert len(outcome.said) == 1 and outcome.said[0].endswith("this host %08x: adapted %s" % (OURS.hash, differs))
     assert outcome.same_as(calm(steps=STEPS))
+
+
+def test_a_core_from_before_the_memory_is_not_told_of_it(versions, tmp_path):
+    outcome = drive(versions("forgetful"), tmp_path, nvm=Nvm())
+    assert outcome.same_as(calm(steps=STEPS)) and "adapted (2 messages differ: NVM, NVM_DONE)" in outcome.said[0]
+    figures = outcome.session.storage.figures()
+    assert (figures["kept"], figures["reads"], figures["found"]) == (None, 0, [])
+    assert "keeps nothing" in outcome.session.storage.sentences()[0]
 
 
 def test_in_micropython_with_messages_under_other_ids(versions, micropython, tmp_path):

@@ -69,8 +69,14 @@ def beside(far):
     if a >= 0:
         told[3] += 1
     differ = a != b
-    passage.trace(store.xs, store.ys, begin, end, plain)
-    sight_viper.trace(store.xs, store.ys, begin, end, fast)
+    plain[2] = number(store.used)
+    plain[3] = begin
+    plain[4] = number(store.used)
+    plain[5] = store.chains
+    for i in range(9):
+        fast[i] = plain[i]
+    passage.trace(store.xs, store.ys, store.firsts, store.counts, store.kinds, plain)
+    sight_viper.trace(store.xs, store.ys, store.firsts, store.counts, store.kinds, fast)
     for i in range(9):
         differ = differ or plain[i] != fast[i]
     return differ
