@@ -68,9 +68,10 @@ def _tick(tick):
 def _storage(figures):
     if not figures["nvm_bytes"]:
         return []
-    return [("storage", "kept: %s   %d B written or erased of %d, in %d pieces and %d erases   restarts %s" % (
-        figures["kept"] or "nothing", figures["written_bytes"], figures["nvm_bytes"], figures["programs"], figures["erases"],
-        _n(figures["restarts"])))]
+    loaded = [one["loaded"] for one in figures["found"] or [] if one["loaded"]]
+    return [("storage", "loaded: %s   kept: %s   %d B in %d pieces and %d erases, of a memory of %d B   restarts %s" % (
+        loaded[-1] if loaded else "nothing", figures["kept"] or "nothing", figures["written_bytes"], figures["programs"],
+        figures["erases"], figures["nvm_bytes"], _n(figures["restarts"])))]
 
 
 def _free_run(figures):

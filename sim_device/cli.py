@@ -233,7 +233,8 @@ def mission(options, report, signals):
             robot = VirtualRobot(home, load_robot(options.robot), options.seed, options.uwb, options.odometry)
             plan = parse(options.faults or "")
             if plan.power and options.nvm == NO_NVM:
-                raise InputError("--faults power@byte=%d: there is no memory to write with --nvm none; leave out one of the two" % plan.power[0])
+                raise InputError("--faults power@byte=%d: there is no memory to write with --nvm none; leave out one of the two"
+                                 % plan.power[0])
             if plan.sensors:
                 robot = FaultySensors(robot, plan.sensors, options.seed)
             told = settings(options, robot.parameters())

@@ -19,8 +19,8 @@ ENDED = (states.DONE, states.FAILED)
 FIRST_STEP = 1
 _STATE = 3              # in a STEP_RSP
 
-_POSE, _MEMORY, _LINK = (BY_NAME[name] for name in ("POSE", "MEMORY", "LINK"))
-_IDENTIFY, _LINK_SECTION = BY_NAME["IDENTIFY"], 3
+_POSE, _MEMORY, _LINK, _STORE = (BY_NAME[name] for name in ("POSE", "MEMORY", "LINK", "STORE"))
+_IDENTIFY, _STORES_SECTION, _LINK_SECTION = BY_NAME["IDENTIFY"], 2, 3
 _PARAM_SET, _PARAM_VALUE = BY_NAME["PARAM_SET"], BY_NAME["PARAM_VALUE"]
 _STATUS, _STATUS_RSP = BY_NAME["STATUS"], BY_NAME["STATUS_RSP"]
 _PLACES = {row[0]: i for i, row in enumerate(parameters.PARAMETERS)}  # in the order of this table they are told
@@ -105,7 +105,7 @@ class Session:
                 self.storage.begin(self.peer)
                 break
             except Restarted as again:
-                hello = self.peer.begin(again.hello)
+                hello = self._join_again(again.hello)
         if self.peer.link.translation is not None:
             self._report.event("schema", text=self.peer.link.translation.summary())
         self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()),
@@ -115,9 +115,12 @@ class Session:
             self._free.join()
 
     def _start_again(self, hello):
+        self._start(self._join_again(hello), self._place.dock())
+
+    def _join_again(self, hello):
         self.restarts += 1
         self._report.event("restart", step=self.now)
-        self._start(self.peer.begin(hello), self._place.dock())
+        return self.peer.begin(hello)
 
     def _ask(self, values):
         """The answer to this STEP, from whichever core is there by then."""
@@ -233,7 +236,15 @@ class Session:
             self.status = self.peer.ask(_STATUS(0), _STATUS_RSP, dead_s=dead_s)
             if not self.peer.link.flaw(("LINK",)):
                 self.peer.ask(_IDENTIFY(_LINK_SECTION, 0), _LINK, dead_s=dead_s)
+            if not self.peer.link.flaw(("STORE",)):
+                self._ask_for_stores(dead_s)
             self.map_bytes = self._pull.pull(self.peer, dead_s)
         except (PeerError, Interrupted):
             if must:
                 raise
+
+    def _ask_for_stores(self, dead_s):
+        """Those that a short mission, or a bad line, has not told of."""
+        heard = {store.index for store in self.peer.stores.values()}
+        for index in set(range(self.peer.hello.stores)) - heard:
+            self.peer.ask(_IDENTIFY(_STORES_SECTION, index), _STORE, lambda store, index=index: store.index == index, dead_s)

@@ -2,7 +2,7 @@
 
 from array import array
 from ..fixed import polar, sine, cosine
-from ..storage.vector_store import BARRIER
+from ..storage.vector_store import BARRIER, CHAIN_END, SEARCHED
 from . import passage
 
 _GATE_MIN = const(110)       # map units of 5 mm: a doorway is 0.55 to 1.15 m wide
@@ -127,6 +127,16 @@ class Gates:
         self.k = s[2 * _CANDIDATES + n]
         self._find(self.k + 1)
         return True
+
+    def stand(self, c):
+        # Its two records behind the map are chain c.
+        v = self._v
+        n = self.behind
+        v.firsts[c] = n
+        v.counts[c] = 2
+        v.kinds[c] = BARRIER | SEARCHED
+        v.flags[n] = 0
+        v.flags[n + 1] = CHAIN_END
 
     def wall_ends(self, i):
         # Whether record i is a corner at the end of a wall.

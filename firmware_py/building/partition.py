@@ -1,7 +1,7 @@
 # Rooms: the map is cut at its doorways (Paper 4.3).
 from ..limits import REGIONS_MAX
 from ..storage.region_graph import COUNT, FIRST, GATE_FIRST, LINES, PARENT
-from ..storage.vector_store import BARRIER, CHAIN_END, LONG, SEARCHED
+from ..storage.vector_store import BARRIER, LONG
 from .gates import Gates
 from .rings import Rings
 from .room import ROOM_MIN, fits, square
@@ -44,7 +44,6 @@ class Partition:
         self._first = 0       # what it would cut off, and from what
         self._count = 0
         self._parent = 0
-        self._area = 0        # without that of the regions in it
         self._inside = 0      # it leads into a barrier
         self._at = 0          # a walk along the records of a region, children left out
         self._left = 0
@@ -156,7 +155,7 @@ class Partition:
         g.regions[r + COUNT] = self._count
         g.regions[r + LINES] = 0
         g.regions[r + PARENT] = flags
-        self._area = area // 50
+        g.set_floor(g.region_count, area // 50)
         self._at = 1
         self._square = square(gate)
         self._phase = _HOLD
@@ -172,21 +171,14 @@ class Partition:
             held = self._holds(r, self.middle(v.xs, q), self.middle(v.ys, q))
             g.regions[6 * q + LINES] = held
             if held:
-                self._area -= g.floor(q)
+                g.set_floor(r, g.floor(r) - g.floor(q))
             return
         self._phase = _CHOOSE
-        if self._area < ROOM_MIN or g.floor(self._parent) - self._area < ROOM_MIN:
+        if g.floor(r) < ROOM_MIN or g.floor(self._parent) - g.floor(r) < ROOM_MIN:
             return
-        g.set_floor(r, self._area)
-        n = self._gates.behind
-        c = v.chains + self._gate_chains
-        v.firsts[c] = n
-        v.counts[c] = 2
-        v.kinds[c] = BARRIER | SEARCHED
-        v.flags[n] = 0
-        v.flags[n + 1] = CHAIN_END
+        self._gates.stand(v.chains + self._gate_chains)
         self._gate_chains += 1
-        self._sight.chains = c + 1
+        self._sight.chains += 1
         self._walk(r, _TRY)
 
     def region_of(self, x, y):
@@ -266,19 +258,14 @@ class Partition:
         g = self._g
         r = self._side
         if self._left > 1:
-            self._line(r, self._at)
+            g.add_line(r, self._v.flags[self._at] & LONG)
             self._skip = 1
         elif r + 1 < g.region_count:
             self._walk(r + 1, _LINES)
         else:
             self._chain = self._left = 0
             self._phase = _ISLANDS
-
-    def _line(self, r, i):
-        g = self._g.regions
-        n = 1 if self._v.flags[i] & LONG else 256
-        if g[6 * r + LINES] // n & 255 < 255:
-            g[6 * r + LINES] += n
+            self.rings.work = 0
 
     def _place_island(self):
         # A barrier's region: its area is no floor; its vectors, one by one, are lines of it.
@@ -288,7 +275,7 @@ class Partition:
         self.rings.work -= _LINE
         if self._left > 0:
             self._left -= 1
-            self._line(v.kinds[c - 1] >> 3, self._at + self._left)
+            self._g.add_line(v.kinds[c - 1] >> 3, v.flags[self._at + self._left] & LONG)
             if self._left == 0:
                 self.rings.work = 0  # the next barrier's region takes most of a tick
             return

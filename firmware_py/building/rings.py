@@ -7,7 +7,7 @@ from . import passage
 
 _LONGEST = const(11000)      # polar() takes distances below 16384
 _TRACE = const(100)          # to begin a trace costs as much as so many of its records,
-_LOOK = const(260)           # a look this and a record a vector
+_LOOK = const(290)           # a look this and a record a vector
 
 
 class Rings:

@@ -2,7 +2,7 @@
 
 from ..fixed import isqrt, sine, cosine
 from ..limits import EDGES_MAX, NODES_MAX
-from ..storage.region_graph import ABOUT, COUNT, EDGES, FIRST, GATE_FIRST, PARENT
+from ..storage.region_graph import ABOUT, COUNT, FIRST, GATE_FIRST, PARENT
 
 _REFLEX = const(-4551)       # 25 degrees to the right
 _PUSH = const(60)            # map units of 5 mm: a node stands 0.3 m off its corner, in a narrow passage in the middle
@@ -11,10 +11,9 @@ _ROOM = const(26)            # half a square that must be free around it
 _FAR = const(32700)          # the border of the map
 _SPARE = const(12)           # nodes that those before walls leave to those that join
 _BEFORE = const(70)          # 0.35 m before a gate
-_WORK = const(1800)          # a tick, in vectors looked at, about 80 instructions each
-_LOOK = const(400)           # a look costs as much as these, and those up to the first that is in the way,
-_TURN = const(250)           # a corner's shape, or a pair's places,
-_NODE = const(9)             # a node that is joined already
+_WORK = const(1550)          # a tick, of rings.work
+_TURN = const(190)           # a corner's shape costs as much,
+_NODE = const(7)             # a node that is joined already
 _WALL = const(100)           # 0.5 m: the place before a wall as long is to be seen by a node
 _DETOUR = const(10)          # eighths: an edge is spared where another way is no longer than that
 _PASSES = const(2)           # over the records: off the corners, off the walls; then off all corners if not all nodes are joined
@@ -24,8 +23,7 @@ _GATES = const(0)
 _CORNERS = const(1)
 _PAIRS = const(2)
 _DONE = const(3)
-# of a pair that sees each other
-_TO_ASK = const(1)           # whether the edge is spared
+_TO_ASK = const(1)           # whether the edge of a pair that sees each other is spared
 _TO_JOIN = const(2)
 
 
@@ -61,15 +59,13 @@ class Topology:
         self._last = 0    # a node that it sees
         self._likely = 0  # one that was seen from the place before
         self._passes = 0
-        self._work = 0    # left of this tick's
         self._due = 0     # nodes that it is to be joined with, + 1, 8 bits each; of a pair, the above: in a tick of their own
 
     def begin(self, margin):
         self.margin = margin
         self._phase = _GATES if self._g.region_count else _DONE
-        self._i = self._likely = self._parts = self._due = 0
+        self._i = self._likely = self._parts = self._due = self._passes = 0
         self._n = -1
-        self._passes = 0
 
     def step(self):
         # -> True when the work is done
@@ -79,8 +75,8 @@ class Topology:
         if self._due:
             self._settle()
             return False
-        self._work = _WORK
-        while self._work > 0 and self._phase < _DONE and not self._due:
+        self._rings.work = _WORK
+        while self._rings.work > 0 and self._phase < _DONE and not self._due:
             if self._phase == _PAIRS:
                 self._pair()
             elif self._n < 0:
@@ -106,7 +102,7 @@ class Topology:
     def _next_place(self):
         # The next place that may become a node.
         g = self._g
-        self._work -= _TURN
+        self._rings.work -= _TURN
         self._i += 1
         self._sees = 0
         self._last = -1
@@ -151,19 +147,15 @@ class Topology:
         c = cosine(bearing + 16384 & 0xFFFF)
         s = sine(bearing + 16384 & 0xFFFF)
         self._sight.met(x + (c >> 13), y + (s >> 13), c >> 8, s >> 8, 0, 0)
-        self._looked()
+        self._rings.looked(self._sight)
         far = min(_PUSH, self._sight.scope[7] + 4 >> 1)
         self._x = x + (far * c + 16384 >> 15)
         self._y = y + (far * s + 16384 >> 15)
         if not (-_FAR <= self._x <= _FAR and -_FAR <= self._y <= _FAR):
             return False
         met = far < _NEAR or self._sight.met(self._x - _ROOM, self._y, 2 * _ROOM, 0, _ROOM, 1)
-        self._looked()
+        self._rings.looked(self._sight)
         return not met
-
-    def _looked(self):
-        k = self._sight.scope[8]
-        self._work -= _LOOK + (k if k >= 0 else self._v.used)
 
     def _look(self):
         # From there at one node that it is not joined with yet.
@@ -179,7 +171,7 @@ class Topology:
             if labels[n] != known:
                 break
             k += 1
-        self._work -= _NODE * (k + 1 - self._n) + _NODE
+        self._rings.work -= _NODE * (k + 1 - self._n) + _NODE
         self._n = k + 1
         if k >= g.node_count:
             if self._sees == 0 and self._new < 0 and self._passes < 2:
@@ -206,7 +198,7 @@ class Topology:
 
     def _is_free(self, x, y):
         free = self._sight.free(self._x, self._y, x, y, self.margin)
-        self._looked()
+        self._rings.looked(self._sight)
         return free
 
     def aside(self, n, x, y):
@@ -291,22 +283,11 @@ class Topology:
         return isqrt(dx * dx + dy * dy)
 
     def _link(self, a, b):
-        # An edge at node a, the lower one, if there is none; the others make room.
+        # An edge of nodes a and b, if there is none. -> whether there is one now
         g = self._g
-        s = g.shared
         if g.edge(a, b) >= 0:
             return True
         if g.edge_count == EDGES_MAX:
             return False
-        first = s[ABOUT + a] & 255
-        behind = EDGES + first + (s[ABOUT + a] >> 8)  # node a's edges, those to lower nodes first
-        k = EDGES + g.edge_count
-        while k > behind or k > EDGES + first and s[k - 1] & 255 > b:
-            s[k] = s[k - 1]
-            k -= 1
-        g.edge_count += 1
-        s[ABOUT + a] += 256
-        for n in range(a + 1, g.node_count):
-            s[ABOUT + n] += 1
-        s[k] = b | self._partition.region_of(g.at(2 * a) + g.at(2 * b) >> 1, g.at(2 * a + 1) + g.at(2 * b + 1) >> 1) << 8
+        g.join(a, b, self._partition.region_of(g.at(2 * a) + g.at(2 * b) >> 1, g.at(2 * a + 1) + g.at(2 * b + 1) >> 1))
         return True

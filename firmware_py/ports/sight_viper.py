@@ -1,4 +1,5 @@
-# The loops of building/sight.py and building/passage.py as machine code, the same to the last bit (tests/upy/sight_same.py).
+# The loops over the map, of building/sight.py, building/passage.py and storage/vector_store.py, as machine code, the same to the
+# last bit (tests/upy/sight_same.py).
 
 # ruff: noqa: F821  (ptr8, ptr16, ptr32 are viper's)
 
@@ -167,3 +168,14 @@ def trace(xs: ptr16, ys: ptr16, firsts: ptr16, counts: ptr8, kinds: ptr8, s: ptr
             i += 1
     s[0] = area
     s[1] = crossed
+
+
+@micropython.viper
+def move_down(xs: ptr16, ys: ptr16, sigmas: ptr8, flags: ptr8, begin: int, i: int, end: int):
+    while i < end:
+        xs[begin] = xs[i]
+        ys[begin] = ys[i]
+        sigmas[begin] = sigmas[i]
+        flags[begin] = flags[i]
+        begin += 1
+        i += 1

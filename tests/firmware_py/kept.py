@@ -1,5 +1,6 @@
 # Cores with stores at random, and the robot's memory that they are kept in. No assertion lives here.
 
+import random
 from array import array
 
 from hypothesis import strategies as st
@@ -48,6 +49,20 @@ def filled(draw, most=300):
         core.reason, core.finished, core.degraded = explored, bool(explored), seed.randint(0, 15)
         core.explorer.inside = bool(seed.randint(0, 1)) or not explored
         core.closure.before_mm, core.closure.after_mm = seed.randint(0, 65535), seed.randint(0, 65535)
+    return fill
+
+
+def fill_of(seed, vectors, explored=0):
+    """A function that fills a core's stores, from a seed."""
+    def fill(core):
+        draw = random.Random(seed)
+        v = core.vectors
+        v.used, v.chains, v.generation = vectors, (vectors + 254) // 255, draw.randint(0, 65535)
+        for c in range(v.chains):
+            v.firsts[c], v.counts[c] = 255 * c, min(255, vectors - 255 * c)
+        for i in range(vectors):
+            v.xs[i], v.ys[i], v.sigmas[i] = draw.randint(-32768, 32767), draw.randint(-32768, 32767), draw.randint(0, 255)
+        core.reason, core.explorer.inside = explored, True
     return fill
 
 

@@ -14,25 +14,11 @@ from firmware_py.storage import slots as slots_file
 from protocol import schema
 from sim_device.nvm import SIZE, Nvm
 from tests.firmware_py.core_run import WatchedTvslam
-from tests.firmware_py.kept import Served, booted, core_with, filled, kept, state
+from tests.firmware_py.kept import Served, booted, core_with, fill_of, filled, kept, state
 from tests.firmware_py.puppet import NUMBERS
 
 HEAD = 18
 DATA_AT = schema.NVM_PIECE
-
-
-def fill_of(seed, vectors, explored=0):
-    """A function that fills a core's stores, from a seed."""
-    def fill(core):
-        draw = random.Random(seed)
-        v = core.vectors
-        v.used, v.chains, v.generation = vectors, (vectors + 254) // 255, draw.randint(0, 65535)
-        for c in range(v.chains):
-            v.firsts[c], v.counts[c] = 255 * c, min(255, vectors - 255 * c)
-        for i in range(vectors):
-            v.xs[i], v.ys[i], v.sigmas[i] = draw.randint(-32768, 32767), draw.randint(-32768, 32767), draw.randint(0, 255)
-        core.reason, core.explorer.inside = explored, True
-    return fill
 
 
 def blank_state():

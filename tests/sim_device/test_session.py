@@ -14,6 +14,7 @@ from protocol import schema
 from protocol.parameters import PARAMETERS
 from sim_device.home import load_home
 from tests.sim_device.fake_core import MAP
+from tests.sim_device.faulty_mission import mission
 from tests.sim_device.lockstep import PROJECT, Lockstep, messages, read_log
 
 TRUTH_BYTES = 28
@@ -262,3 +263,10 @@ def test_bad_input_is_one_sentence(tmp_path, arguments, sentence):
 def test_version():
     done = subprocess.run([sys.executable, "-m", "sim_device", "--version"], cwd=PROJECT, capture_output=True, text=True, timeout=30)
     assert done.returncode == 0 and done.stdout.startswith("sim_device ")
+
+
+def test_stores_that_were_not_told_of_are_asked_for():
+    # A mission of one step, and one on a line that lost half of them: telemetry is not repeated.
+    for steps, faults in ((1, ""), (60, "drop=0.5")):
+        got = mission(steps=steps, faults=faults).session
+        assert sorted(store.index for store in got.peer.stores.values()) == list(range(got.peer.hello.stores))

@@ -111,6 +111,12 @@ def test_power_lost_while_it_is_written(faults, found):
     assert loaded(again)[-1] == "explored" and again.map_bytes == got.map_bytes
 
 
+@pytest.mark.parametrize("number", [5, 30, 45])
+def test_a_reset_before_the_first_step_is_counted_too(number):
+    got = mission(CELL, steps=20, nvm=Nvm(), faults="reset@down=%d" % number)
+    assert got.done and got.session.restarts == 1 and got.session.step == 20 and got.restarts[0] <= 20
+
+
 def test_without_a_memory_a_reset_at_the_end_is_said():
     frames = mission(CELL, steps=STEPS).session.peer.link.counters[2]
     with pytest.raises(PeerError, match="before its map was read, and had not stored it"):
