@@ -1,5 +1,6 @@
 # One mission: the virtual robot and a core, in lockstep or each by its own clock, from HELLO to the map.
 
+import contextlib
 import time
 from array import array
 
@@ -237,14 +238,15 @@ class Session:
             if not self.peer.link.flaw(("LINK",)):
                 self.peer.ask(_IDENTIFY(_LINK_SECTION, 0), _LINK, dead_s=dead_s)
             if not self.peer.link.flaw(("STORE",)):
-                self._ask_for_stores(dead_s)
+                self._ask_for_stores()
             self.map_bytes = self._pull.pull(self.peer, dead_s)
         except (PeerError, Interrupted):
             if must:
                 raise
 
-    def _ask_for_stores(self, dead_s):
-        """Those that a short mission, or a bad line, has not told of."""
+    def _ask_for_stores(self):
+        """Those that a short mission, or a bad line, has not told of. No mission fails for want of them."""
         heard = {store.index for store in self.peer.stores.values()}
-        for index in set(range(self.peer.hello.stores)) - heard:
-            self.peer.ask(_IDENTIFY(_STORES_SECTION, index), _STORE, lambda store, index=index: store.index == index, dead_s)
+        with contextlib.suppress(PeerError):
+            for index in set(range(self.peer.hello.stores)) - heard:
+                self.peer.ask(_IDENTIFY(_STORES_SECTION, index), _STORE, lambda store, index=index: store.index == index)

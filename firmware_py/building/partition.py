@@ -39,7 +39,6 @@ class Partition:
         self._gates = Gates(vectors, sight, graph, self.rings)
         self._phase = _DONE
         self._gate_chains = 0  # that stand behind the map
-        self._chain = 0
         self._square = 0      # what must fit beside the gate
         self._first = 0       # what it would cut off, and from what
         self._count = 0
@@ -48,7 +47,7 @@ class Partition:
         self._at = 0          # a walk along the records of a region, children left out
         self._left = 0
         self._skip = 0        # so many records on from there it goes
-        self._side = 0        # region
+        self._side = 0        # region; then the barrier's chain that comes next
 
     def begin(self):
         v = self._v
@@ -201,7 +200,7 @@ class Partition:
     def _holds(self, r, x, y):
         g = self._g.regions
         self.rings.enclosed(g[6 * r + FIRST], g[6 * r + COUNT], self._v.used + 2 * r - 1, x, y)
-        return self.rings.crossed & 1
+        return self.rings.scope[1] & 1
 
     def _walk(self, r, phase):
         # Along the records of region r.
@@ -263,7 +262,7 @@ class Partition:
         elif r + 1 < g.region_count:
             self._walk(r + 1, _LINES)
         else:
-            self._chain = self._left = 0
+            self._side = self._left = 0
             self._phase = _ISLANDS
             self.rings.work = 0
 
@@ -271,7 +270,7 @@ class Partition:
         # A barrier's region: its area is no floor; its vectors, one by one, are lines of it.
         v = self._v
         g = self._g.regions
-        c = self._chain
+        c = self._side
         self.rings.work -= _LINE
         if self._left > 0:
             self._left -= 1
@@ -284,7 +283,7 @@ class Partition:
             v.generation = (v.generation + 1) & 0xFFFF
             self._phase = _DONE
             return
-        self._chain = c + 1
+        self._side = c + 1
         if v.kinds[c] & BARRIER and v.counts[c]:
             i = v.firsts[c]
             r = self.region_of(v.xs[i], v.ys[i])

@@ -16,11 +16,10 @@ class Rings:
     def __init__(self, vectors):
         self.chains = 0
         self.chain = 0        # of the record that was asked for last; 0 whenever the map has changed
-        self.crossed = 0
         self.far = 0          # since it was set to 0: places too far from one another for areas to be true
         self._v = vectors
         self.work = 0         # left of this tick's, in records of a trace: about 110 instructions each
-        self._scope = array("i", bytes(24))
+        self.scope = array("i", bytes(24))
 
     def beside(self, i, way):
         # The record after (1) or before (-1) record i of its ring.
@@ -80,9 +79,9 @@ class Rings:
         return polar(max(-_LONGEST, min(v.xs[k] - v.xs[i], _LONGEST)), max(-_LONGEST, min(v.ys[k] - v.ys[i], _LONGEST)))
 
     def enclosed(self, first, count, gate, x, y):
-        # The area, in 200 mm2, within the records from `first` on and the record `gate`; `crossed` is odd if (x, y) lies within.
+        # The area, in 200 mm2, within the records from `first` on and the record `gate`; scope[1] is odd if (x, y) lies within.
         v = self._v
-        s = self._scope
+        s = self.scope
         s[0] = x
         s[1] = y
         s[2] = gate
@@ -91,7 +90,6 @@ class Rings:
         s[5] = self.chains
         passage.trace(v.xs, v.ys, v.firsts, v.counts, v.kinds, s)
         self.work -= count + _TRACE
-        self.crossed = s[1]
         self.far |= s[1] & passage.FAR
         return s[0]
 

@@ -42,7 +42,7 @@ class FakeCore:
         os.write(self.fd, bytes(self.link.tx[:self.link.tx_len]))
 
     def hello(self):
-        self.link.send_hello(1, 2, 0, 1, len(parameters.PARAMETERS), 196608, 60000, 40000)
+        self.link.send_hello(1, 2, 0, 0, len(parameters.PARAMETERS), 196608, 60000, 40000)
         if self.options.fault == "old_schema":
             self.link.out[2] ^= 1
             self.link.send(ID["HELLO"])

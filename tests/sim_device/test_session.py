@@ -267,6 +267,6 @@ def test_version():
 
 def test_stores_that_were_not_told_of_are_asked_for():
     # A mission of one step, and one on a line that lost half of them: telemetry is not repeated.
-    for steps, faults in ((1, ""), (60, "drop=0.5")):
+    for steps, faults in ((1, ""), (60, "drop=0.2")):
         got = mission(steps=steps, faults=faults).session
         assert sorted(store.index for store in got.peer.stores.values()) == list(range(got.peer.hello.stores))
