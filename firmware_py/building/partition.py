@@ -131,7 +131,6 @@ class Partition:
 
     def _cut(self):
         # What it would cut off, as the region after the last one.
-        v = self._v
         g = self._g
         gate = self._gates
         p = self._parent
@@ -241,7 +240,6 @@ class Partition:
         self._phase = _CHOOSE
 
     def _accept(self):
-        v = self._v
         g = self._g
         r = g.region_count
         p = self._parent
