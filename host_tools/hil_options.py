@@ -13,7 +13,7 @@ UWB = ("paper", "rssi_real", "tof", "tof_nlos", "none")
 ODOMETRY = ("calibrated", "poor")
 MODES = ("improved", "paper")
 STM32_HEAP_MAX = 112 << 10  # of 128 KB RAM, beside the stack
-STM32_HEAP_ENOUGH = 24 << 10  # with which the core boots, and then allocates nothing
+STM32_HEAP_ENOUGH = 25 << 10  # with which the core boots, and then allocates nothing
 SEED_MAX = 2 ** 32 - 1
 
 

@@ -15,8 +15,7 @@ _ALIGNED_BAM = const(2731)      # 15 degrees
 _FRONT_MM = const(50)           # free way left when FIND_WALL calls it a wall
 _SPIRAL_MM = const(20000)       # straight that far without a wall: spiral
 _SPIRAL = const(73)             # 73 sqrt(256 s / mm) BAM = sqrt(4 pi s / m) rad: one metre wider each turn
-_ARC_BAM = const(72818)         # 400 degrees of arc without a wall
-_POCKET_BAM = const(72818)     # 400 degrees to the left
+_ARC_BAM = const(72818)         # 400 degrees: of arc without a wall, or to the left inside a pocket
 _CLOSE_MM = const(8)
 _BOXED_TICKS = const(400)       # 8 s
 _WATCH_TICKS = const(150)       # 3 s: less than 4 cm in that time is dithering before a gap
@@ -81,8 +80,7 @@ class Explorer:
         self.started = False
         self.abandoned = False
         if tick & 1:
-            f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam,
-                   _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
+            f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam, _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
             self._looked_turn = o.turn_bam
         self._infrared.erase(tick & 7, f, tick)
         if state >= BUILD and state != BUMP and state != STUCK:
@@ -103,6 +101,8 @@ class Explorer:
                 self.state = FIND_WALL
         elif state == SELECT:
             self.motion.stop()
+            self._watch_tick = tick  # who stands and plans is not held up
+            self._watch_mm = o.path_mm
         elif GOTO <= state <= SWEEP:
             self._travel(tick, ultrasonic_mm)
         else:
@@ -188,7 +188,7 @@ class Explorer:
         o = self._odometry
         f.disc_mm = self._disc_mm + self.bumper.keep_off_mm()
         f.tight_mm = f.body_mm + 4
-        if self.state >= GOTO and o.turn_bam - self._leg_turn > _POCKET_BAM:
+        if self.state >= GOTO and o.turn_bam - self._leg_turn > _ARC_BAM:
             f.disc_mm = f.body_mm + _CLOSE_MM  # round the inside of a pocket: out by the gap that let it in
         if self._watch(tick):
             return
