@@ -224,7 +224,9 @@ class Device:
             return False
         if image.generation != self.core.vectors.generation:
             image.begin()
-        return image.step(_ALL)
+        while not image.step(_ALL):
+            pass
+        return True
 
     def _map_info(self):
         if not self._whole_image():

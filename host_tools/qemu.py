@@ -24,6 +24,7 @@ MACHINE = ("-M", "netduino2", "-display", "none", "-monitor", "none", "-semihost
 BY_INSTRUCTIONS = ("-icount", "shift=3")
 BOOT_S = 3.0            # each: the REPL answers, the core is up
 USART = "usart2"        # the link's name in firmware_py/ports/stm32.py
+ON_USART = (USART, "slcan", "slcan-fd")
 BOOT = "BOOT"           # in a script: a number that no other boot has, as the emulator's own clock tells none
 SCRIPT = "import tvslam\ntvslam.main(%r, " + BOOT + ")\n"     # which starts the core on a link
 RAW_REPL = "raw REPL; CTRL-B to exit\n>"
@@ -138,7 +139,7 @@ class Emulator:
 
     def wait(self, timeout_s):
         """The mission is over: let the core tell its costs. Over semihosting it sees the link close; over USART2 it is told."""
-        if self.poll() is None and self.usart:
+        if self.poll() is None and self._link in ON_USART:
             self._send(CTRL_C)
         limit = time.monotonic() + timeout_s
         while self.poll() is None and time.monotonic() < limit:

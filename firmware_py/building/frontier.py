@@ -69,7 +69,7 @@ def offer(costs, marks, places, used, x, y, a):
         n += 1
 
 
-def other(costs, marks, places, used, x, y, tried):
+def next_best(costs, marks, places, used, x, y, tried):
     # -> the best candidate for the node at (x, y) after `tried`, among the settled ones; NOBODY
     best = NOBODY
     n = 0

@@ -147,7 +147,7 @@ class Way:
         x = self._x(b)
         y = self._y(b)
         tried = self._costs[b] << 8 | self._marks[b]
-        c = frontier.other(self._costs, self._marks, self._g.shared, self.used, x, y, tried)
+        c = frontier.next_best(self._costs, self._marks, self._g.shared, self.used, x, y, tried)
         goal = STOP_CM + leg_cm(x - self._x1, y - self._y1) << 8 | GOAL
         if tried < goal < c:
             c = goal

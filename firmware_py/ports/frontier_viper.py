@@ -62,7 +62,7 @@ def offer(costs: ptr16, marks: ptr16, places: ptr16, used: int, x: int, y: int, 
 
 
 @micropython.viper
-def other(costs: ptr16, marks: ptr16, places: ptr16, used: int, x: int, y: int, tried: int) -> int:
+def next_best(costs: ptr16, marks: ptr16, places: ptr16, used: int, x: int, y: int, tried: int) -> int:
     x += 32768
     y += 32768
     best = 65535 << 8

@@ -26,7 +26,7 @@ def accelerate():
     vector_store.move_down = sight_viper.move_down
     frontier.choose = frontier_viper.choose
     frontier.offer = frontier_viper.offer
-    frontier.other = frontier_viper.other
+    frontier.next_best = frontier_viper.next_best
 
 
 @micropython.viper

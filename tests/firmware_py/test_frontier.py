@@ -67,9 +67,9 @@ def test_the_other_candidates_come_in_the_order_of_their_costs(nodes, place, cos
     tried = cost << 8 | node
     left = sorted(c for c in candidates if tried < c < NOBODY)
     while left:
-        tried = frontier.other(*given_arrays, len(nodes), *place, tried)
+        tried = frontier.next_best(*given_arrays, len(nodes), *place, tried)
         assert tried == left.pop(0)
-    assert frontier.other(*given_arrays, len(nodes), *place, tried) == NOBODY
+    assert frontier.next_best(*given_arrays, len(nodes), *place, tried) == NOBODY
 
 
 @pytest.mark.parametrize("seed", [1, 77])

@@ -39,8 +39,8 @@ def locked():
         told[0] += one < frontier.NOBODY
         differ = one != two
         tried = number(20000) << 8 | number(256)
-        one = frontier.other(costs, marks, places, used, x, y, tried)
-        two = frontier_viper.other(costs, marks, places, used, x, y, tried)
+        one = frontier.next_best(costs, marks, places, used, x, y, tried)
+        two = frontier_viper.next_best(costs, marks, places, used, x, y, tried)
         told[2] += one < frontier.NOBODY
         differ = differ or one != two
         a = number(NODES)
