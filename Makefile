@@ -4,13 +4,16 @@ PYTHON ?= python3
 HOME_NAME ?= flat
 SEED ?= 1
 TESTS ?= tests
+JOBS ?= auto
+FUZZ ?=
+SECONDS ?= 60
 
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 DEMO := out/demo
 
-.PHONY: demo image test lint bench soak clean
+.PHONY: demo image test lint bench soak fuzz clean
 .DELETE_ON_ERROR:
 
 # Map a furnished home with the core in the MicroPython VM, on a real pty.
@@ -24,8 +27,9 @@ demo: $(VENV)/.ready
 image: $(VENV)/.ready
 	@$(BIN)/host_tools flash --target stm32
 
+# One worker a processor; JOBS=0 runs all in one process.
 test: $(VENV)/.ready-dev
-	@$(BIN)/python -m pytest $(TESTS) -m "not soak"
+	@$(BIN)/python -m pytest $(TESTS) --numprocesses $(JOBS) --dist loadfile
 
 lint: $(VENV)/.ready-dev
 	@$(BIN)/ruff check .
@@ -36,6 +40,11 @@ bench: $(VENV)/.ready-dev
 # The same properties as in the tests with a hundred times the examples, and the long campaigns.
 soak: $(VENV)/.ready-dev
 	@HYPOTHESIS_PROFILE=soak $(BIN)/python -m pytest $(TESTS) --timeout=0 -m "soak or not soak"
+
+# Coverage-guided fuzzing, SECONDS for each target. Findings: tests/fuzz/found, from where `make test` takes them.
+fuzz: $(VENV)/.ready-dev
+	@$(PIP) --editable '.[fuzz]'
+	@$(BIN)/python -m tests.fuzz $(FUZZ) --seconds $(SECONDS)
 
 clean:
 	rm -rf $(VENV) out build dist .pytest_cache .ruff_cache .hypothesis *.egg-info

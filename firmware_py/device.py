@@ -5,31 +5,30 @@ from protocol.link import Link
 from protocol.parameters import PARAMETERS
 from protocol.tables import (
     WELCOME, IDENTIFY, IDENTITY, PING, PONG, STEP, STEP_RSP, STATUS, STATUS_RSP, STORE,
-    MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
+    MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, NVM, NVM_DONE, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
     ERROR_NOT_READY, ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN, PARAMETER_TEXT,
 )
 
 from .collection.states import BUILD
+from .identity import VERSION, identity_piece
 from .inventory import Inventory, STORES
 from .limits import HELLO_MS
 from .pipeline import Tvslam
 from .telemetry import Telemetry
 
-VERSION = b"tvslam 0.1.0"
-
 _PIECE = const(88)            # bytes of the map in a MAP_DATA
 _ALL = const(65535)           # pieces of the map
 _SECTION_HELLO = const(0)
-_SECTION_VERSION = const(1)
 _SECTION_STORES = const(2)
+_SECTION_LINK = const(3)
 
 
 class Device:
     # receive(buf, size): bytes that a port read, in a bytearray that it lends; answers go out by
     # port.write(buf, size). hello(): say HELLO. Allocates in __init__ only; wire input never raises.
     #
-    # Lockstep: STEP n+1 after n runs a step (0 follows 2**30 - 1); n once more runs nothing: it gets the
-    # retained answer, in a new epoch the same one in a new frame; any other number gets ERROR. The first
+    # Lockstep: STEP n+1 after n runs a step (0 follows 2**30 - 1); n once more runs nothing: the link has its answer
+    # retained, and gets the same one in a new frame where it has not (a new epoch); any other number gets ERROR. The first
     # STEP locks the parameters and begins the mission. Free run (parameter tick_ms): the same, at the core's own pace.
 
     def __init__(self, port, boot_id):
@@ -60,7 +59,8 @@ class Device:
         p.write(self.link.tx, self.link.tx_len)
 
     def send(self, message_id, items=0):
-        self.port.write(self.link.tx, self.link.send(message_id, items))
+        size = self.link.send(message_id, items)    # before tx is looked at: it says which buffer that is
+        self.port.write(self.link.tx, size)
 
     def send_store(self, index):
         self.inventory.fill(index)
@@ -88,10 +88,7 @@ class Device:
         step = link.values[0]
         if self.begun and step == self.step_number:
             link.reader.count(DUPLICATES)
-            if link.resend_kept():
-                self.port.write(link.tx, link.tx_len)
-            else:
-                self._answer_step()
+            self._answer_step()
             return
         expected = self.step_number + 1 if self.step_number < 0x3FFFFFFF else 0
         if self.begun and step != expected:
@@ -146,7 +143,6 @@ class Device:
         out[4] = core.ir_state
         out[5] = core.hash_lo
         self.send(STEP_RSP)
-        self.link.keep()
 
     def _answer(self, message_id):
         if message_id == WELCOME:
@@ -163,17 +159,19 @@ class Device:
             self._map_info()
         elif message_id == MAP_READ:
             self._map_read()
+        elif message_id == NVM_DONE:
+            self.send(NVM, self.core.slots.exchange(self.link.values, self.link.out))
         elif message_id == PARAM_LIST:
             self._parameter_info()
         elif message_id == PARAM_SET or message_id == PARAM_GET:
             self._parameter(message_id)
 
     def _error(self, code, message_id, detail):
-        self.port.write(self.link.tx, self.link.send_error(code, message_id, detail))
+        size = self.link.send_error(code, message_id, detail)
+        self.port.write(self.link.tx, size)
 
     def _identify(self):
         values = self.link.values
-        out = self.link.out
         section = values[0]
         offset = values[1]
         if section == _SECTION_HELLO:
@@ -182,15 +180,10 @@ class Device:
         if section == _SECTION_STORES and offset < STORES:
             self.send_store(offset)
             return
-        size = len(VERSION) if section == _SECTION_VERSION else 0
-        n = size - offset if offset < size else 0
-        out[0] = section
-        out[1] = offset
-        out[2] = size
-        out[3] = n
-        for i in range(n):
-            out[4 + i] = VERSION[offset + i]
-        self.send(IDENTITY, n)
+        if section == _SECTION_LINK:
+            self.telemetry.tell_link()
+            return
+        self.send(IDENTITY, identity_piece(section, offset, self.link.out))
 
     def _status(self):
         core = self.core
@@ -231,7 +224,9 @@ class Device:
             return False
         if image.generation != self.core.vectors.generation:
             image.begin()
-        return image.step(_ALL)
+        while not image.step(_ALL):
+            pass
+        return True
 
     def _map_info(self):
         if not self._whole_image():
@@ -256,9 +251,7 @@ class Device:
         if offset < 0 or offset > image.size:
             self._error(ERROR_RANGE, MAP_READ, image.size)
             return
-        n = image.size - offset
-        if n > _PIECE:
-            n = _PIECE
+        n = min(image.size - offset, _PIECE)
         out[0] = image.generation
         out[1] = offset
         out[2] = n

@@ -51,7 +51,7 @@ class Inventory:
         elif index == 10:
             self._buffer(len(link.tx))
         elif index == 11:
-            self._buffer(len(link.kept))
+            self._buffer(2 * len(link.tx))
         elif index == 12:
             self._buffer(4 * len(link.values))
         elif index == 13:

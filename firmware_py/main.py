@@ -16,10 +16,13 @@ else:
 
 
 def main(path):
+    return run(Port(), path)
+
+
+def run(port, path):
     # Opens the link at `path`, waiting for it to appear, and serves it until the other end closes.
     # -> exit code: 0 if the mission had ended by then, 2 for a path that is no terminal, 3 if it had not,
     # 5 for a bug of ours.
-    port = Port()
     device = Device(port, port.random())
     buf = bytearray(RX_BYTES)
     try:

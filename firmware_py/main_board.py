@@ -11,10 +11,15 @@ from .ports.machine import Port
 _TICK_MS = const(20)
 
 
-def main(stream=None, robot=None):
+def main(stream=None, robot=None, can=None):
     # Serves the link on `stream` (None: the board's own USB) until it is told to end. `robot` (ports/pins.py), where
     # given, has its sensors asked and its wheels driven each 20 ms, from its start button to the mission's end.
-    port = Port()
+    # `can`: "slcan" or "slcan-fd", where the stream leads to a CAN adapter.
+    line = Port()
+    port = line
+    if can is not None:
+        from .ports.slcan import SlcanPort  # here: on a board its code lies in the heap
+        port = SlcanPort(line, can == "slcan-fd")
     device = Device(port, port.random())
     if robot is not None:
         tell(device.core, robot.parameters)
@@ -30,11 +35,11 @@ def main(stream=None, robot=None):
         if robot is not None:
             robot.stop()
         port.unlock()
-        port.close()
+        line.close()
     if allocated:
         print("tvslam: the core asked for memory after boot, which it must never do: please report what you did")
     else:
-        port.restart()
+        line.restart()
 
 
 def tell(core, told):

@@ -1,5 +1,6 @@
 # The whole SLAM: owns the storage, runs the layers once a step. The only file that joins them.
 
+from .building.builder import Builder
 from .building.closure import Closure
 from .building.outline import Outline, CLOSING, ISLAND, STRAY, STALE, DONE as OUTLINE_DONE
 from .building.partition import Partition
@@ -17,10 +18,13 @@ from .collection.localization import Localization
 from .collection.odometry import Odometry
 from .collection.relocation import Relocation, FOUND, SEEKING
 from .collection.search import Search
-from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST
+from .collection.sensor_watch import SensorWatch
+from .collection.states import SELECT, SWEEP, BUILD, BUMP, FAILED, DONE, STUCK, LOST, SAVE
+from .collection.states import REASON_CLOSED, REASON_NO_WALL, REASON_STORE_FULL, REASON_STUCK, REASON_TOO_LONG, REASON_LOST
 from .collection.turning_points import TurningPoints
 from .collection.uwb import Uwb
 from .parameters import Parameters
+from .record import Record
 from .storage.barrier_list import BarrierList
 from .storage.breadcrumbs import Breadcrumbs
 from .storage.frame import Frame
@@ -28,21 +32,16 @@ from .storage.hit_ring import HitRing
 from .storage.map_image import MapImage
 from .storage.point_ring import PointRing
 from .storage.region_graph import RegionGraph
+from .storage.slots import Slots
 from .storage.tally import Tally
 from .storage.vector_store import VectorStore
 
-# protocol/states.py
-_REASON_CLOSED = const(1)
-_REASON_NO_WALL = const(2)
-_REASON_STORE_FULL = const(3)
-_REASON_STUCK = const(4)
-_REASON_TOO_LONG = const(5)
-_REASON_LOST = const(6)
-# STATUS_RSP.degraded: which store ran full
+# STATUS_RSP.degraded: which store ran full; the map is not kept; the bits between are sensor_watch.py's
 DEGRADED_VECTORS = 1
 DEGRADED_CHAINS = 2
 DEGRADED_TOPOLOGY = 4
 DEGRADED_SEARCH = 8
+DEGRADED_STORAGE = 256
 
 _IR = const(3)               # where things stand in the values of a STEP
 _SONAR = const(11)
@@ -52,7 +51,6 @@ _SIDE = const(5)             # I6, the mapping beam
 _SIDE_MAX_MM = const(250)
 _PAST_MM = const(1000)
 _STRIFE = const(20)          # reports that contradict the estimate: 2 s
-_ROOM_MM = const(10)         # beside the body, on a way of the topology
 _PATH_MAX_MM = const(1500000)   # along one outline; then from one target to the next, of which there are so many and no more
 
 # bits of parameter `flags`, protocol/parameters.py
@@ -88,10 +86,8 @@ class Tvslam:
         self.reason = 0
         self.degraded = 0
         self._flags = 0
-        self._threshold_mm = 160
         self._since_mm = 0
-        self._stage = 0       # of the building
-        self._margin = 36
+        self._then = 0        # the state after SAVE
         self.vectors = VectorStore()
         self.hits = HitRing()
         self.points = PointRing()
@@ -110,6 +106,7 @@ class Tvslam:
         self.odometry = Odometry()
         self.uwb = Uwb()
         self.localization = Localization(self.odometry, self.uwb, self.frame)
+        self.watch = SensorWatch()
         self.infrared = Infrared(self.hits)
         self.landmarks = Landmarks(self.vectors, self.sight, self.infrared, self.frame)
         self.directions = IrState()
@@ -122,6 +119,9 @@ class Tvslam:
         self.turning_points = TurningPoints(self.points, self.walls, self.localization)
         self.closure = Closure(self.vectors)
         self.outline = Outline(self.vectors, self.crumbs, self.image, self.walls, self.closure, self.sight)
+        self.builder = Builder(self.outline, self.tidy, self.partition, self.topology)
+        self.record = Record(self)
+        self.slots = Slots(self.record, self.parameters)
 
     def set_parameter(self, number, index, value):
         return self.parameters.set(number, index, value)
@@ -133,9 +133,7 @@ class Tvslam:
         flags = p.of("flags")
         if p.of("mode"):
             flags &= _EQ1_LITERAL
-        if not flags & _FILTER:
-            flags &= ~_KIDNAP
-        self._flags = flags
+        self._flags = flags if flags & _FILTER else flags & ~_KIDNAP
         track_um = p.of("track")
         self.odometry.begin(p.of("dock_x"), p.of("dock_y"), p.of("dock_heading"), p.of("wheel_diameter"),
                             track_um // 2 if flags & _EQ1_LITERAL else track_um, p.of("pulses_per_turn"), flags & _MIDPOINT)
@@ -148,9 +146,12 @@ class Tvslam:
         self.landmarks.on = flags & _LANDMARKS and flags & _FILTER
         self.turning_points.between = flags & _DISTANCE_FIXES
         self.walls.begin(flags & _CORNERS)
-        self._margin = (p.of("body_radius") + _ROOM_MM) // 5
+        self.builder.begin(p.of("body_radius"))
         self.outline.spread = flags & _SPREAD != 0
-        self._threshold_mm = p.of("ir_threshold")
+        self.directions.threshold_mm = p.of("ir_threshold")
+        self.watch.begin(p.of("uwb_source") > 0 and p.of("anchor_count") > 0, self.uwb.scope, self.odometry)
+        if self.slots.begin():
+            self.record.resume()
 
     def step(self, values):
         o = self.odometry
@@ -159,8 +160,9 @@ class Tvslam:
         o.update(values[1], values[2])
         x_mm = o.x_um // 1000
         y_mm = o.y_um // 1000
+        self.degraded |= self.watch.look(values, self.tick, o, self.localization, self.left_mm_s, self.right_mm_s)
         self.infrared.update(values, _IR, x_mm, y_mm, o.heading_bam, self.tick)
-        self.directions.update(self.infrared.ranges_mm, self._threshold_mm)
+        self.directions.update(self.infrared.ranges_mm)
         if e.state == LOST:
             self._relocate(values)
         else:
@@ -178,12 +180,15 @@ class Tvslam:
         if e.mapping:
             self._map(x_mm, y_mm)
         if e.state == BUILD:
-            if self._build():
-                e.end(DONE)
+            if self.builder.step():
+                self._sealed()
+        elif e.state == SAVE:
+            if self.outline.settled() and self.slots.save():
+                e.state = self._then
         elif e.state == FAILED and not self.reason:
-            self._end(_REASON_STUCK, e.inside)  # what is known of the home is built all the same
+            self._end(REASON_STUCK, e.inside)  # what is known of the home is built all the same
         elif o.path_mm - self._since_mm > _PATH_MAX_MM and e.state < BUILD:
-            self._end(_REASON_TOO_LONG if e.mapping or self.vectors.used else _REASON_NO_WALL, e.inside)
+            self._end(REASON_TOO_LONG if e.mapping or self.vectors.used else REASON_NO_WALL, e.inside)
         self.left_mm_s = e.motion.left_mm_s
         self.right_mm_s = e.motion.right_mm_s
         self.state = e.state
@@ -206,28 +211,22 @@ class Tvslam:
         if said == FOUND:
             self.explorer.leave()
         elif said != SEEKING:
-            self._end(_REASON_LOST, self.explorer.inside)
+            self._end(REASON_LOST, self.explorer.inside)
 
-    def _build(self):
-        # Long work in slices, when the robot has come to its end: what is mapped becomes regions and ways. -> True when the map is sealed
-        if self._stage == 0:
-            if self.outline.settled() and self.tidy.step():
-                self.partition.begin()
-                self._stage = 1
-        elif self._stage == 1:
-            if self.partition.step():
-                self.topology.begin(self._margin)
-                self._stage = 2
-        elif self._stage == 2:
-            if self.topology.step():
-                self._stage = 3
-                if self.graph.lost:
-                    self.degraded |= DEGRADED_TOPOLOGY
-        elif self.outline.build():
-            self.tally.mix(self.image.crc[0])
-            self.tally.mix(self.image.crc[1])
-            return True
-        return False
+    def _sealed(self):
+        self.tally.mix(self.image.crc[0])
+        self.tally.mix(self.image.crc[1])
+        if self.graph.lost:
+            self.degraded |= DEGRADED_TOPOLOGY
+        if self.slots.lost():
+            self.degraded |= DEGRADED_STORAGE
+        self.explorer.end(DONE)
+
+    def _save(self):
+        # Where there is a memory, the robot stands until what is mapped by now is in it, and then does what it was about to do.
+        if self.slots.ready and self.explorer.state != FAILED:
+            self._then = self.explorer.state
+            self.explorer.end(SAVE)
 
     def _map(self, x_mm, y_mm):
         e = self.explorer
@@ -250,15 +249,16 @@ class Tvslam:
             self.localization.closed(self.closure.x_mm, self.closure.y_mm)
             e.inside = True
             e.leave()
-        elif came == STALE:
-            self.outline.give_up()
+        elif came == STALE or came == ISLAND:
+            if came == STALE:
+                self.outline.give_up()
             e.leave()
         elif came == STRAY:
             e.be_wary(self.outline.loop_mm + _PAST_MM)
-        elif came == ISLAND:
-            e.leave()
         elif self.vectors.lost or self.vectors.chains_lost:
-            self._end(_REASON_STORE_FULL, True)
+            self._end(REASON_STORE_FULL, True)
+        if e.state == SELECT and self.record.news():
+            self._save()
 
     def _look_inside(self, sonar_mm):
         # The outline is known. What else stands here?
@@ -268,7 +268,7 @@ class Tvslam:
             self._since_mm = self.odometry.path_mm
             self.turning_points.visit(SELECT, self.odometry.path_mm)
             if self.outline.settled() and s.select(e, self.localization):
-                self._end(_REASON_CLOSED, True)
+                self._end(REASON_CLOSED, True)
             return
         if e.state > SWEEP:
             return
@@ -292,6 +292,7 @@ class Tvslam:
             self.degraded |= DEGRADED_VECTORS
         if self.vectors.chains_lost:
             self.degraded |= DEGRADED_CHAINS
-        if self.explorer.inside and (reason != _REASON_CLOSED or not self.search.complete()):
+        if self.explorer.inside and (reason != REASON_CLOSED or not self.search.complete()):
             self.degraded |= DEGRADED_SEARCH
         self.explorer.end(BUILD if good else FAILED)
+        self._save()

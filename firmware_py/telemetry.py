@@ -37,7 +37,7 @@ class Telemetry:
             if step % 250 == 3:
                 self._device.send_memory(MEMORY)  # seldom: to count what is used, the whole heap is walked
             elif step % 25 == 3:
-                self._link()
+                self.tell_link()
         else:
             self._pose(step)
 
@@ -89,7 +89,7 @@ class Telemetry:
         out[7] = v.sigmas[i]
         self._device.send(VECTOR)
 
-    def _link(self):
+    def tell_link(self):
         link = self._device.link
         for i in range(_LINK_COUNTERS):
             link.out[i] = link.counters[i]

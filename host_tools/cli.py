@@ -17,6 +17,7 @@ SUBCOMMANDS = {
     "evaluate": ("host_tools.evaluate", "the paper's figures and tables again, with ours beside them"),
     "replay": ("host_tools.replay", "run a recorded mission again on any target, and compare each answer with the log"),
     "bisect": ("host_tools.bisect", "run a recorded mission on several targets at once: the first step and field that differ"),
+    "export": ("host_tools.log_export", "a recorded mission for other tools: CSV, candump text, MCAP"),
     "monitor": ("host_tools.monitor", "watch a running core on a port or a tap"),
     "budget": ("host_tools.budget", "what each store and buffer of the core costs, byte by byte"),
     "param": ("host_tools.param", "list, read or set the core's parameters"),

@@ -80,12 +80,13 @@ def micropython_command():
 
 
 def command(target, heap, path):
-    """The argument vector that runs the core on the pty `path`."""
+    """The argument vector that runs the core on the pty `path`, or on the SLCAN adapter slcan:PATH."""
     if target == "cpython":
         return [sys.executable, "-m", "firmware_py", path]
     if target == "unix":
-        from host_tools.unix_core import boot_file  # here: it needs this module
-        return [micropython_command(), "-X", "heapsize=" + heap, str(boot_file(micropython_command())), path]
+        from host_tools.unix_core import CAN_ENTRY, ENTRY, boot_file  # here: it needs this module
+        entry = CAN_ENTRY if path.startswith(("slcan:", "slcan-fd:")) else ENTRY
+        return [micropython_command(), "-X", "heapsize=" + heap, str(boot_file(micropython_command(), entry)), path]
     raise TargetError("'%s' is no target: give %s." % (target, TARGETS))
 
 

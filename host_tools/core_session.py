@@ -5,12 +5,15 @@ with a CoreError that names what was waited for. Frames that answer nothing
 asked (telemetry) are read and dropped.
 """
 
+import sys
 import time
 
 from host_tools.core_process import CoreError
 from host_tools.terminal_port import PortError
+from protocol.dialect import SchemaError
 from protocol.host_link import HostLink
 from protocol.messages import BY_NAME
+from protocol.schema_pull import SchemaPull
 
 IDENTIFY = BY_NAME["IDENTIFY"]
 REPEAT_S = 0.2
@@ -31,13 +34,38 @@ class CoreSession:
         if refusal:
             raise CoreError("On %s %s." % (self.port.path, refusal))
         self._write(self.link.welcome(self.hello))
+        self._acquaint()
         return self.hello
+
+    def _acquaint(self):
+        """A core of another schema is asked for it, and spoken to by it."""
+        try:
+            if not self.link.meet(self.hello):
+                pull = SchemaPull(self.hello)
+                while not pull.whole:
+                    pull.take(self.ask(pull.question(), "IDENTITY", pull.fits))
+                self.link.adopt(pull.dialect())
+        except SchemaError as error:
+            raise CoreError("On %s %s." % (self.port.path, error)) from None
+        if self.link.translation is not None:
+            print("On %s %s." % (self.port.path, self.link.translation.summary()), file=sys.stderr, flush=True)
+
+    def encode(self, message, seq=None):
+        """As HostLink's; what this core cannot be told is a CoreError."""
+        try:
+            return self.link.encode(message, seq)
+        except SchemaError as error:
+            raise CoreError("On %s %s." % (self.port.path, error)) from None
 
     def ask(self, request, answer, fits=lambda message: True, patience_s=DEAD_S):
         """The first `answer` for which fits(message) holds; None if the core answers ERROR to this request."""
+        flaw = self.link.flaw((answer,))
+        if flaw:
+            raise CoreError("On %s %s." % (self.port.path, flaw))
+        wire = self.encode(request)
         end = time.monotonic() + patience_s
         while time.monotonic() < end:
-            self._write(self.link.encode(request))
+            self._write(wire)
             again = time.monotonic() + REPEAT_S
             while time.monotonic() < again:
                 for message in self._read():
@@ -51,8 +79,12 @@ class CoreSession:
                         "the port?" % (patience_s, answer, self.port.path, came))
 
     def _read(self):
+        return [message for message, _, _, _ in self._take()]
+
+    def _take(self):
+        """The messages that came, with their headers."""
         try:
-            return self.link.feed(self.port.read(0.02))
+            return self.link.take(self.port.read(0.02))
         except PortError as error:
             raise CoreError(str(error)) from None
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from host_tools.mission import STEP_S
 from protocol import states
+from protocol.dialect import name_of
 
 OF_THE_TARGET = {"STATUS_RSP": ("heap_bytes", "heap_used_bytes", "heap_locked", "allocated_after_boot_bytes", "late_ticks", "late_ms")}
 HEX = ("hash16", "steps_lo", "steps_hi", "map_lo", "map_hi")
@@ -35,7 +36,7 @@ def between(step, by_side, skipped=()):
     return Difference(step, one.NAME, fields) if fields else None
 
 
-def between_lists(step, by_side):
+def between_lists(step, by_side, what="telemetry"):
     """The same for {side: [message, ...]}: what followed one answer."""
     one, *others = by_side.values()
     if all(other == one for other in others):
@@ -44,7 +45,7 @@ def between_lists(step, by_side):
         there = {side: messages[at] if at < len(messages) else None for side, messages in by_side.items()}
         kinds = {side: "nothing" if message is None else message.NAME for side, message in there.items()}
         if len(set(kinds.values())) > 1:
-            return Difference(step, "telemetry", {"message": kinds})
+            return Difference(step, what, {"message": kinds})
         found = between(step, there)
         if found is not None:
             return found
@@ -85,7 +86,7 @@ def robot_s(step):
 
 
 def state_name(state):
-    return states.NAMES[state] if state < len(states.NAMES) else "state %d" % state
+    return name_of(states.NAMES, state, "state")
 
 
 def as_json(message):

@@ -40,19 +40,20 @@ def write_result(path, result):
 def whole_file(path):
     """A name to write to, which becomes `path` once all is written: a full disk leaves the old file or none, never half of one."""
     path = os.path.realpath(path)
-    if os.path.exists(path) and not os.path.isfile(path):
-        yield path  # a pipe or /dev/stdout: there is nothing to put in its place
-        return
     beside = os.path.join(os.path.dirname(path), ".%d-%s" % (os.getpid(), os.path.basename(path)))
+    if os.path.exists(path) and not os.path.isfile(path):
+        beside = path  # a pipe or /dev/stdout: there is nothing to put in its place
     try:
         yield beside
-        os.replace(beside, path)
+        if beside != path:
+            os.replace(beside, path)
     except OSError as error:
         error.filename = path  # a full disk names no file
         raise
     finally:
-        with contextlib.suppress(OSError):
-            os.unlink(beside)
+        if beside != path:
+            with contextlib.suppress(OSError):
+                os.unlink(beside)
 
 
 def geojson(vector_map, name):

@@ -1,18 +1,17 @@
 """`host_tools hil HOME`: one mission of the core against the virtual robot, scored and kept.
 
 Exit code 0 exactly when the mission finished, 1 when it did not, 2 on bad arguments or a bad
-home, 3 when a peer failed. The result file is written in each case but 2.
+home, 3 when a peer failed or the disk did not take the whole log. The result file is written in each case but 2.
 """
 
-import contextlib
 import os
 import sys
 import tempfile
 
 from host_tools import export, report
 from host_tools import result as scoring
-from host_tools.hil_options import UsageError, add_arguments, check, check_places
-from host_tools.launch import core_command
+from host_tools.hil_options import UsageError, add_arguments, begin_anew, check, check_places
+from host_tools.launch import core_command, rest_of_log
 from host_tools.mission_log import LogError, read_mission
 from host_tools.mission_run import Outcome, run_mission
 from host_tools.processes import signals_as_interrupt
@@ -52,8 +51,7 @@ def _folder():
 def _mission(args, home, folder):
     log = os.path.abspath(args.log) if args.log else os.path.join(folder, "mission.log")
     truth_path = os.path.join(folder, "truth.bin")
-    with contextlib.suppress(FileNotFoundError):
-        os.truncate(log, 0)  # an old log must not pass for this mission's
+    begin_anew(log)
     outcome = run_mission(args, os.path.abspath(home.path), folder, log, truth_path, Progress())
     if outcome.exit_code == 2:
         raise UsageError(outcome.sentence)
@@ -68,7 +66,10 @@ def _mission(args, home, folder):
     _say(args, home, result, vector_map, notes, kept=outcome.exit_code != 2)
     if outcome.exit_code in (2, 3):
         print("host_tools hil: %s" % outcome.sentence, file=sys.stderr)
-        return outcome.exit_code
+    if outcome.incomplete:
+        print("host_tools hil: %s" % outcome.incomplete, file=sys.stderr)
+    if outcome.exit_code in (2, 3) or outcome.incomplete:
+        return outcome.exit_code if outcome.exit_code == 2 else 3
     return 0 if result["finished"] else 1
 
 
@@ -78,9 +79,9 @@ def _evaluate(args, home, log, truth_path, outcome):
     mission = vector_map = None
     notes = []
     try:
-        mission = read_mission(log, truth_path)
+        mission = read_mission(log, truth_path, rest_of_log(truth_path))
         if mission.damaged:
-            notes.append("The log breaks off: %s." % mission.damaged)
+            notes.append("The log %s." % mission.damaged)
         vector_map, why_not = scoring.mission_map(mission)
         scoring.evaluate(result, mission, HomeTruth(home), vector_map, outcome.end, len(home.rooms))
         if why_not:
@@ -89,8 +90,11 @@ def _evaluate(args, home, log, truth_path, outcome):
         notes.append(str(error))
     result["tick"] |= outcome.tick
     result["memory"] |= outcome.memory
+    notes += filter(None, [scoring.can_bus(result, outcome.can)])
     if outcome.exit_code == 3 or outcome.interrupted:
         result["finished"], result["reason"] = False, outcome.sentence
+    elif outcome.incomplete:
+        result["finished"], result["reason"] = outcome.end["finished"], outcome.end["reason"]
     elif not result["finished"] and result["reason"] in ("", "running"):
         result["reason"] = outcome.sentence or outcome.end.get("reason") or "ended before the mission did"
     return result, mission, vector_map, notes

@@ -1,19 +1,23 @@
 """The arguments of `hil`, and what is wrong with them in one sentence each, before anything starts."""
 
 import argparse
+import fcntl
 import os
 import re
 import stat
 
 from host_tools.core_process import DEFAULT_HEAP, DEFAULT_HEAPS, heap_size
 
-LINKS_LATER = ("slcan", "slcan-fd", "udp")
+SLCAN = ("slcan", "slcan-fd")
 UWB = ("paper", "rssi_real", "tof", "tof_nlos", "none")
 ODOMETRY = ("calibrated", "poor")
 MODES = ("improved", "paper")
 STM32_HEAP_MAX = 112 << 10  # of 128 KB RAM, beside the stack
-STM32_HEAP_ENOUGH = 24 << 10  # with which the core boots, and then allocates nothing
+STM32_HEAP_ENOUGH = 25 << 10  # with which the core boots, and then allocates nothing
 SEED_MAX = 2 ** 32 - 1
+
+
+NO_NVM = "none"
 
 
 class UsageError(Exception):
@@ -23,7 +27,8 @@ class UsageError(Exception):
 def add_arguments(parser):
     parser.add_argument("home", metavar="HOME", help="a home file, or the name of a home that ships with the project")
     parser.add_argument("--target", default="unix", help="where the core runs: unix (default), cpython, stm32 (emulated), port:DEV")
-    parser.add_argument("--link", default="pty", help="pty (default); on stm32 also semihost, on cpython also memory")
+    parser.add_argument("--link", default="pty", help="pty (default); on stm32 also semihost, on cpython also memory; on each "
+                        "a CAN bus: slcan, slcan-fd, socketcan:NAME, udp")
     parser.add_argument("--mode", default="improved", help="improved (default) or paper: every improvement off")
     parser.add_argument("--uwb", default="paper", help="error of the UWB receiver: %s" % ", ".join(UWB))
     parser.add_argument("--odometry", default="calibrated", help="error of the wheels: %s" % ", ".join(ODOMETRY))
@@ -33,15 +38,20 @@ def add_arguments(parser):
     parser.add_argument("--max-robot-s", metavar="S", default=None,
                         help="end the mission after that much robot time (default 14400, four hours)")
     parser.add_argument("--log", metavar="FILE", help="keep the log of every frame")
+    parser.add_argument("--candump", metavar="FILE", help="with a CAN link: keep every CAN frame, as candump -L does")
     parser.add_argument("--json", metavar="FILE", help="write the result file")
     parser.add_argument("--out", metavar="DIR", help="write map.geojson, map.bin, map.png, *.tum and result.json")
     parser.add_argument("--set", metavar="FLAG=on|off", action="append", default=[], help="switch one improvement")
     parser.add_argument("--robot", metavar="ROBOT.toml", help="the robot's configuration")
+    parser.add_argument("--faults", metavar="SPEC", help="what shall go wrong on the link and with the sensors, like drop=0.1,flip=0.01,"
+                        "delay=20ms,cut@step=500:2s,reset@step=900,uwb=off@step=300:200; or @FILE")
+    parser.add_argument("--keep-faults", metavar="FILE", help="keep what went wrong on the link, frame by frame, for --faults @FILE")
+    parser.add_argument("--nvm", metavar="FILE", help="keep the robot's non-volatile memory there: what the core stored, the next mission "
+                        "loads and goes on from (default: for this mission only; none: there is no such memory)")
     # Named by the contract, built later: taken here so that they are refused with a sentence of their own.
     parser.add_argument("--task", default="map", help="map")
     parser.add_argument("--passes", default="1", help="1")
     parser.add_argument("--then", metavar="HOME2", help="not built yet")
-    parser.add_argument("--faults", metavar="SPEC", help="not built yet")
 
 
 def check(args):
@@ -87,16 +97,14 @@ def heap_bytes(text):
 def _not_built(args):
     if args.target not in ("unix", "cpython", "stm32") and not re.fullmatch(r"port:.+", args.target):
         raise UsageError("--target %s is unknown; use unix, cpython, stm32 or port:DEV (a board's serial port)." % args.target)
-    if args.link in LINKS_LATER or args.link.startswith("socketcan:"):
-        raise UsageError("--link %s is not built yet; use pty." % args.link)
     if args.link == "semihost" and args.target != "stm32":
         raise UsageError("--link semihost is the emulator's: it goes with --target stm32; use pty.")
     if args.link == "memory" and args.target != "cpython":
         raise UsageError("--link memory has the core in the robot's own process: it goes with --target cpython; use pty.")
-    if args.link not in ("pty", "semihost", "memory"):
-        raise UsageError("--link %s is unknown; use pty, with --target stm32 also semihost, with --target cpython also memory." % args.link)
-    if args.faults is not None:
-        raise UsageError("--faults is not built yet; leave it out.")
+    if args.link not in ("pty", "semihost", "memory") and not is_can(args.link):
+        raise UsageError("--link %s is unknown; use pty, slcan, slcan-fd, socketcan:NAME or udp, with --target stm32 also semihost, "
+                         "with --target cpython also memory." % args.link)
+    _check_can(args)
     if args.task == "clean":
         raise UsageError("--task clean is not built yet; use map.")
     if args.task != "map":
@@ -105,6 +113,30 @@ def _not_built(args):
         raise UsageError("--passes %s is not built yet; use 1." % args.passes)
     if args.then is not None:
         raise UsageError("--then is not built yet; run one home at a time.")
+
+
+def is_can(link):
+    return link in SLCAN or link == "udp" or link.startswith("socketcan:")
+
+
+def _check_can(args):
+    if args.candump and not is_can(args.link):
+        raise UsageError("--candump keeps the frames of a CAN bus, and --link %s is none; use --link slcan, or --log." % args.link)
+    if not is_can(args.link):
+        return
+    if args.target.startswith("port:") and args.link in SLCAN:  # an adapter, with the core on its bus
+        if args.candump:
+            raise UsageError("--candump is for the bus of `hil` itself; on an adapter's bus use candump, or --log.")
+        if not os.path.exists(args.target[len("port:"):]):
+            raise UsageError("--target %s: there is no such port, and so no CAN adapter on it; give the serial port of one that speaks "
+                             "SLCAN." % args.target)
+        return
+    if args.target.startswith("port:"):
+        raise UsageError("--link %s does not go with --target %s; use --link slcan where that is a CAN adapter, --link pty where it is "
+                         "the core's own port." % (args.link, args.target))
+    network = args.link.removeprefix("socketcan:")
+    if network != args.link and not os.path.isdir(os.path.join("/sys/class/net", network or "?")):
+        raise UsageError("--link %s: this machine has no such network (`ip link` lists them); --link slcan needs none." % args.link)
 
 
 def _one_of(value, name, allowed):
@@ -120,9 +152,8 @@ def check_places(args, home_path, out_files):
         for name in out_files:
             if os.path.isdir(os.path.join(args.out, name)):
                 raise UsageError("--out %s holds a folder %s where a file of that name goes; give another folder." % (args.out, name))
-    for name, path in (("--json", args.json), ("--log", args.log)):
-        if path:
-            check_file(name, path)
+    for name, path in _files(args):
+        check_file(name, path)
     if args.log and os.path.exists(args.log) and not os.path.isfile(args.log):
         raise UsageError("--log %s is no regular file, but the log is read back for the scores; give a file's name." % args.log)
 
@@ -130,13 +161,21 @@ def check_places(args, home_path, out_files):
 def _check_names(args, home_path, out_files):
     """A result must not take the place of what it was made from."""
     taken = {os.path.realpath(path): what for what, path in (("the home", home_path), ("--robot", args.robot)) if path}
-    written = [("--json", args.json), ("--log", args.log)] + [("--out", os.path.join(args.out, file)) for file in out_files if args.out]
+    files = _files(args)
+    written = files + [("--out", os.path.join(args.out, file)) for file in out_files if args.out]
     for name, path in written:
-        other = taken.get(os.path.realpath(path)) if path else None
-        if other is None and name == "--log" and args.json and path and os.path.realpath(path) == os.path.realpath(args.json):
-            other = "--json"
+        other = taken.get(os.path.realpath(path))
         if other is not None:
             raise UsageError("%s %s is the file of %s, which would be overwritten; give another name." % (name, path, other))
+        if name != "--out":  # which may hold the result file of --json
+            taken[os.path.realpath(path)] = name
+
+
+def _files(args):
+    """[(option, path)] of the files that the mission writes."""
+    named = (("--json", args.json), ("--log", args.log), ("--candump", args.candump), ("--keep-faults", args.keep_faults),
+             ("--nvm", args.nvm if args.nvm != NO_NVM else None))
+    return [(name, path) for name, path in named if path]
 
 
 def _check_folder(path):
@@ -165,6 +204,27 @@ def check_file(name, path):
             os.unlink(path)
     except OSError as error:
         raise UsageError("%s %s cannot be written (%s); give another place." % (name, path, _reason(error))) from None
+
+
+def begin_anew(log):
+    """An old log must not pass for this mission's; one that is being written is another mission's."""
+    try:
+        with open(log, "r+b") as file:
+            if _locked_elsewhere(file):
+                raise UsageError("--log %s is being written by another mission; give another name." % log)
+            file.truncate()
+    except FileNotFoundError:
+        pass
+
+
+def _locked_elsewhere(file):
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        pass  # a file system without locks
+    return False
 
 
 def _reason(error):

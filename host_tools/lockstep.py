@@ -10,6 +10,8 @@ from host_tools.core_process import CoreError
 from host_tools.core_session import DEAD_S, REPEAT_S, CoreSession
 from host_tools.recording import TELEMETRY
 from protocol import schema
+from protocol.dialect import SchemaError
+from protocol.host_link import RELIABLE
 from protocol.messages import BY_NAME
 from protocol.parameters import PARAMETERS
 
@@ -24,22 +26,50 @@ class LockstepCore(CoreSession):
         self._heard_before = []  # between the last answer and the one before
         self._answered = None
         self._wire = b""
+        self._seq = 0           # of the last reliable question
+        self._wanted = None     # SEQ of the answer that is waited for, and that answer
+        self._found = None
 
-    def tell(self, parameters):
-        for number, index, value in parameters:
-            if PARAMETERS[number][0] == "tick_ms":
-                continue  # a free run is replayed without its pauses: its steps are the same
-            answer = self._need(BY_NAME["PARAM_SET"](number, index, value), "PARAM_VALUE",
-                                lambda got, place=(number, index): (got.parameter, got.index) == place)
-            if answer.status == schema.PARAM_LOCKED:
-                raise CoreError("%s has begun a mission already, and did not start anew when told to: press its reset button, or run its "
-                                "command once more." % self.name)
-            if answer.status != schema.PARAM_OK:
-                raise CoreError("%s does not take the log's parameter %s.%d = %d (status %d): replay the log with the version that "
-                                "wrote it." % (self.name, PARAMETERS[number][0], index, value, answer.status))
+    def tell(self, question):
+        """PARAM_SET before the mission."""
+        number, index, value = question
+        there = self._number(PARAMETERS[number][0], index, value)
+        if there is None:
+            return
+        answer = self.ask_reliably(question._replace(parameter=there))
+        status = getattr(answer, "status", None)
+        if status == schema.PARAM_LOCKED:
+            raise CoreError("%s has begun a mission already, and did not start anew when told to: press its reset button, or run its "
+                            "command once more." % self.name)
+        if status != schema.PARAM_OK:
+            raise CoreError("%s does not take the log's parameter %s.%d = %d (status %s): replay the log with the version that "
+                            "wrote it." % (self.name, PARAMETERS[number][0], index, value, status))
+
+    def _number(self, name, index, value):
+        """The core's own number of this parameter; None where it has not got it, and need not be told."""
+        try:
+            return self.link.parameter(name, index, value)
+        except SchemaError as error:
+            raise CoreError("%s cannot be told: %s." % (self.name, error)) from None
+
+    def ask_reliably(self, question):
+        """The answer, which may be ERROR: the question is taken once, however often it has to be repeated."""
+        self._seq = self._seq + 1 & 255
+        self._wanted, wire = self._seq, self.encode(question, self._seq)
+        end = time.monotonic() + DEAD_S
+        while time.monotonic() < end:
+            self._write(wire)
+            again = time.monotonic() + REPEAT_S
+            while time.monotonic() < again:
+                self._read()
+                if self._found is not None:
+                    self.link.ack = self._seq
+                    answer, self._found = self._found, None
+                    return answer
+        raise CoreError("%s has not answered %s for %g s." % (self.name, question.NAME, DEAD_S))
 
     def send(self, question):
-        self._wire = self.link.encode(question)
+        self._wire = self.encode(question)
         self._write(self._wire)
 
     def answer(self, question):
@@ -66,8 +96,13 @@ class LockstepCore(CoreSession):
                 self._write(self._wire)
 
     def _read(self):
-        messages = super()._read()
-        for message in messages:
+        messages = []
+        for message, ctl, seq, _ in self._take():
+            if ctl & RELIABLE:
+                if seq == self._wanted:
+                    self._wanted, self._found = None, message
+                continue
+            messages.append(message)
             if message.NAME in TELEMETRY:
                 self.heard.append(message)
             elif message.NAME == "STEP_RSP" and message.step != self._answered:

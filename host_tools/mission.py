@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from protocol import states
+from protocol.dialect import CODES
 from protocol.parameters import PARAMETERS
 
 STEP_S = 0.02
@@ -51,6 +52,7 @@ class Mission:
     link: dict | None = None
     map_bytes: bytes | None = None
     damaged: str = ""  # how the log broke off, if it did
+    names: dict = field(default_factory=lambda: CODES)  # of reasons and degraded bits, by number
 
     def parameter(self, name, index=0):
         """The value sent to the core, else the default that it started with."""
@@ -103,6 +105,8 @@ class MissionBuilder:
         self._parameters, self._stores, self._chunks = {}, {}, {}
         self._status = self._hello = self._link = self._info = None
         self.damaged = ""
+        self.parameter_names = tuple(row[0] for row in PARAMETERS)   # by the numbers that the messages carry
+        self.names = CODES
 
     def step(self, t_us, step, left, right, ir, records):
         """One STEP; a repeated one is the link's business, not the mission's."""
@@ -144,6 +148,8 @@ class MissionBuilder:
         self._stores[m["name"]] = {key: m[key] for key in ("index", "used", "capacity", "record_bytes", "lost")}
 
     def _on_hello(self, m):
+        if self._hello is not None and self._hello["boot_id"] != m["boot_id"]:
+            self._points = set()  # another core begins to count
         self._hello = m
 
     def _on_status_rsp(self, m):
@@ -160,8 +166,8 @@ class MissionBuilder:
             self._set(m)
 
     def _set(self, m):
-        if m["parameter"] < len(PARAMETERS):
-            self._parameters.setdefault(PARAMETERS[m["parameter"]][0], {})[m["index"]] = m["value"]
+        if m["parameter"] < len(self.parameter_names):
+            self._parameters.setdefault(self.parameter_names[m["parameter"]], {})[m["index"]] = m["value"]
 
     def _on_map_info_rsp(self, m):
         if self._info is None or self._info["generation"] != m["generation"]:
@@ -207,4 +213,4 @@ class MissionBuilder:
             poses, np.zeros((0, 4)) if truth is None else truth,
             self._turn_rows(row), np.array(self._ir, np.int16).reshape(len(steps), len(self._ir[0]) if self._ir else 0),
             np.array(self._ticks_us, float),
-            self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged)
+            self._parameters, self._stores, self._status, self._hello, self._link, self._map(), self.damaged, self.names)

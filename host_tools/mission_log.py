@@ -1,15 +1,17 @@
 """A mission from its log of raw frames and the virtual robot's truth file."""
 
+import os
+
 import numpy as np
 
 from host_tools.mission import MissionBuilder
+from protocol.dialect import SchemaError
 from protocol.log import LogError as _HeadError
 from protocol.log import LogReader
 from protocol.messages import BY_ID, MessageError
+from protocol.translation import of_log
 
 CHUNK_BYTES = 1 << 20
-HEADER_BYTES = 5  # CTL SEQ ACK ID LEN
-CRC_BYTES = 4
 TRUTH = np.dtype([("step", "<u4"), ("x_m", "<f8"), ("y_m", "<f8"), ("heading_rad", "<f8")])
 
 WANTED = frozenset((
@@ -20,10 +22,15 @@ class LogError(Exception):
     """One sentence: there is no mission to read."""
 
 
-def read_mission(log_path, truth_path):
+def read_mission(log_path, truth_path, *rest):
+    """`rest`: files in which the log goes on, where they exist."""
     builder = MissionBuilder()
-    for record in _records(log_path, builder):
-        _take(builder, record.t_us, record.frame)
+    reader = LogReader()
+    kinds = None
+    for record in _records(reader, [log_path, *filter(os.path.exists, rest)], builder):
+        if kinds is None:
+            kinds = _kinds(reader.told, builder)
+        _take(builder, kinds, record)
     return builder.build(read_truth(truth_path))
 
 
@@ -38,12 +45,25 @@ def read_truth(path):
     return np.column_stack([rows[name].astype(float) for name in TRUTH.names])
 
 
-def _records(path, builder):
-    reader = LogReader()
+def _kinds(told, builder):
+    """{id: what unpacks it} of what is wanted, as the log has it; the parameters' numbers are its own, too."""
     try:
-        with open(path, "rb") as file:
-            while chunk := file.read(CHUNK_BYTES):
-                yield from reader.feed(chunk)
+        translation = of_log(told)
+    except SchemaError as error:
+        raise LogError("The log cannot be read: its schema is none (%s)." % error) from None
+    if translation is None:
+        return {number: kind for number, kind in BY_ID.items() if kind.NAME in WANTED}
+    builder.parameter_names, builder.names = tuple(row[0] for row in translation.theirs.parameters), translation.names
+    return translation.readable(WANTED)
+
+
+def _records(reader, paths, builder):
+    path = paths[0]
+    try:
+        for path in paths:
+            with open(path, "rb") as file:
+                while chunk := file.read(CHUNK_BYTES):
+                    yield from reader.feed(chunk)
     except FileNotFoundError:
         raise LogError("There is no log of a mission to score: it ended before its first frame.") from None
     except OSError as error:
@@ -52,21 +72,19 @@ def _records(path, builder):
         raise LogError("The log %s cannot be read: %s." % (path, error)) from None
     if reader.told is None:
         raise LogError("There is no log of a mission to score: it ended before its first frame.")
-    if reader.damaged:
-        builder.damaged = "%d damaged places, %d records lost" % (reader.damaged, reader.lost)
+    builder.damaged = reader.damage
 
 
-def _take(builder, t_us, frame):
-    message = BY_ID.get(frame[3]) if len(frame) >= HEADER_BYTES else None
-    if message is None or message.NAME not in WANTED:
-        return
+def _take(builder, kinds, record):
     try:
-        fields = message.unpack(frame[HEADER_BYTES:-CRC_BYTES])
+        message = record.message(kinds)
     except MessageError:
         return  # its CRC is right, so it is of another schema: a log must not bring its reader down
+    if message is None:
+        return
     if message.NAME == "STEP":
-        builder.step(t_us, fields.step, fields.left, fields.right, fields.ir, fields.uwb)
+        builder.step(record.t_us, message.step, message.left, message.right, message.ir, message.uwb)
     elif message.NAME == "STEP_RSP":
-        builder.answer(t_us, fields.step, fields.state)
+        builder.answer(record.t_us, message.step, message.state)
     else:
-        builder.add(message.NAME, fields._asdict())
+        builder.add(message.NAME, message._asdict())

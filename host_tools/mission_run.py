@@ -6,9 +6,12 @@ import queue
 import time
 from dataclasses import dataclass, field
 
-from host_tools.launch import core_command, robot_command, stm32_image
+from host_tools.can_bus import CanBus
+from host_tools.core_starter import CoreStarter
+from host_tools.hil_options import is_can
+from host_tools.launch import robot_command, stm32_image
 from host_tools.processes import Children
-from host_tools.qemu import USART, Emulator, EmulatorError
+from host_tools.qemu import Emulator, EmulatorError
 from host_tools.relay import Relay
 
 LINK_S = 10.0  # for the robot to make its link
@@ -26,6 +29,12 @@ class Outcome:
     interrupted: bool = False
     tick: dict = field(default_factory=dict)  # what the steps cost in instructions, where the target counts them
     memory: dict = field(default_factory=dict)  # flash and RAM, where the target tells them
+    can: dict = field(default_factory=dict)  # what the CAN bus counted, where there is one
+
+    @property
+    def incomplete(self):
+        """A sentence where the disk did not take the whole log, or the whole candump."""
+        return "; ".join(filter(None, (part.get("incomplete") for part in (self.end, self.can))))
 
 
 def run_mission(args, home_path, folder, log, truth, progress):
@@ -33,32 +42,32 @@ def run_mission(args, home_path, folder, log, truth, progress):
     link = os.path.join(folder, "link")
     with Children() as children:
         watch = _Watch(progress)
-        relay = emulator = None
+        device = args.target[len("port:"):] if args.target.startswith("port:") else None
+        bus = watch.bus = CanBus(args.link, folder, getattr(args, "candump", None), device) if is_can(args.link) else None
+        link = bus.robot_link if bus else link
+        relay = starter = None
         try:
             # The port is opened first: a board that is not there is said before anything starts.
-            relay = Relay(args.target[len("port:"):], link, anew=True) if args.target.startswith("port:") else None
+            relay = Relay(device, link, anew=True) if device and not bus else None
             image = stm32_image(args.heap, progress.note) if args.target == "stm32" else None
             argv, root = robot_command(args, home_path, link, log, truth)
+            if bus:
+                bus.start(children)
             watch.robot = children.start("the virtual robot", argv, on_line=watch.take, cwd=root)
-            if image is not None:
-                if _link_there(link, watch.robot):
-                    watch.core = emulator = Emulator(children, image, args.realtime, link if args.link == "pty" else None)
-                    emulator.boot()
-                    emulator.start_core(USART if args.link == "pty" else link)
-                    emulator.await_core()
-            elif args.link == "memory":
-                pass  # the core is in the robot's process
-            elif relay is not None:
-                progress.note("Waiting for the core on %s (at most half a minute)." % relay.device)
-                watch.relay = relay.start()
-            else:
-                argv, root = core_command(args.target, args.heap, link)
-                watch.core = children.start("the core", argv, cwd=root)
+            starter = CoreStarter(args, children, bus.core_link if bus else link, image, relay, progress.note)
+            if image is None or _link_there(bus.core_path if bus else link, watch.robot):
+                watch.relay, watch.reset = relay, starter.reset
+                watch.core = starter.start()
             outcome = watch.outcome()
             # The link's name is ours alone: it tells a user nothing, and is gone by now.
-            outcome.sentence = outcome.sentence.replace(link, relay.device if relay is not None else "the link")
-            if emulator is not None:
-                outcome.tick, outcome.memory = emulator.tick, emulator.memory()
+            if bus:
+                outcome.sentence, outcome.can = bus.named(outcome.sentence), bus.figures()
+                if outcome.exit_code in (0, 1, 3) and bus.failure():    # robot and core only see that their adapter has gone
+                    outcome.exit_code, outcome.sentence = 3, bus.failure()
+            else:
+                outcome.sentence = outcome.sentence.replace(link, relay.device if relay is not None else "the link")
+            if starter.emulator is not None:
+                outcome.tick, outcome.memory = starter.emulator.tick, starter.emulator.memory()
             return outcome
         except EmulatorError as error:
             return Outcome(3, str(error), watch.end)
@@ -67,11 +76,11 @@ def run_mission(args, home_path, folder, log, truth, progress):
             if watch.robot is not None:
                 watch.robot.stop()
             watch.drain()
-            return Outcome(1, "interrupted", watch.end, interrupted=True)
+            return Outcome(1, "interrupted", watch.end, interrupted=True, can=watch.bus.figures() if watch.bus else {})
         finally:
             progress.clear()
-            if emulator is not None:
-                emulator.stop()
+            if starter is not None:
+                starter.stop()
             if relay is not None:
                 relay.close()
 
@@ -91,7 +100,7 @@ class _Watch:
     def __init__(self, progress):
         self.progress = progress
         self.events = queue.Queue()
-        self.robot = self.core = self.relay = None
+        self.robot = self.core = self.relay = self.bus = self.reset = None
         self.end, self.error, self.blames = {}, "", "core"
         self.waiting = False  # the robot awaits the core's first word
 
@@ -107,10 +116,11 @@ class _Watch:
                 return self._robot_ended()
             if self.core is not None and self.core.poll() is not None:
                 return self._core_ended()
-            if self.relay is not None and self.relay.failure:
+            failure = self.relay and self.relay.failure or self.bus and self.bus.failure()
+            if failure:
                 self.robot.stop()
                 self.drain()
-                return Outcome(3, self.relay.failure, self.end)
+                return Outcome(3, failure, self.end)
 
     def drain(self):
         """What the robot said last is still on its way when it has ended."""
@@ -133,15 +143,31 @@ class _Watch:
             self.progress.show(event)
         elif kind == "end":
             self.end = event
+            for item in event["missed"]:
+                self.progress.note("--faults %s never came: the mission was over before." % item)
         elif kind == "error":
             self.error = event.get("sentence") or event.get("message") or text
             self.blames = event.get("blames", self.blames)
             self.end = event  # how far it came
+        elif kind == "schema":
+            self.progress.note(event["text"])
+        elif kind == "reset":
+            self.progress.note(event["text"])
+            if not event["here"]:
+                self.core = self.reset()
+        elif kind == "restart":
+            self.progress.note("The core has started anew at step %d, where the robot stands." % event["step"])
         elif kind in ("ready", "start"):
             self.waiting = kind == "ready"
+            for sentence in event.get("storage", ()):
+                self.progress.note(sentence)
 
     def _robot_ended(self):
+        if self.bus is not None:
+            self.bus.end()
         code = self.robot.popen.returncode
+        if code == 3 and self.end.get("event") == "end":    # its mission came to its end, not so its log
+            code = 0 if self.end["finished"] else 1
         # Without a mission there was nothing that the core could have seen the end of.
         emulated = isinstance(self.core, Emulator)
         grace_s = 0 if code == 2 else SILENT_GRACE_S if emulated and code == 3 else CORE_GRACE_S
@@ -166,7 +192,7 @@ class _Watch:
         while self.robot.poll() is None and time.monotonic() < limit and not self.waiting:
             self._one_event(0.1)
         self.drain()
-        if self.robot.poll() in (0, 1, 2) or self.blames != "core":
+        if self.robot.poll() in (0, 1, 2) or self.blames != "core" or self.end.get("event") == "end":
             return self._robot_ended()
         self.robot.stop(1.0)
         self.drain()

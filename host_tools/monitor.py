@@ -9,6 +9,7 @@ import argparse
 import sys
 import time
 
+from host_tools.monitor_foreign import plain_lines
 from host_tools.monitor_rows import plain_line, store_rows, summary
 from host_tools.monitor_session import EXIT_OK, MonitorSession, WatchEnded, end_of_mission
 from host_tools.terminal_port import PortError, TerminalPort
@@ -73,6 +74,7 @@ def watch_plain(session, seconds, clock=time.monotonic, sleep=time.sleep, out=No
     """A line a second until the mission ends or `seconds` are over."""
     out = out or sys.stdout
     start = shown = clock()
+    told = False
     print("Watching %s." % session.port.path, file=out, flush=True)
     while True:
         session.pump()
@@ -81,7 +83,10 @@ def watch_plain(session, seconds, clock=time.monotonic, sleep=time.sleep, out=No
         finished = session.state.ended and (session.closed_after_end or session.quiet_s() > 1.0)
         if now - shown >= 1.0 or over or finished:
             shown = now
-            print(session.waiting_for() or plain_line(session.state), file=out, flush=True)
+            if session.link.translation is not None and not told:
+                told = True
+                print("On %s %s." % (session.port.path, session.link.translation.summary()), file=out)
+            print("\n".join([session.waiting_for() or plain_line(session.state), *plain_lines(session.link)]), file=out, flush=True)
         if finished or over:
             for name, text, _ in store_rows(session.state):
                 print("  %-12s %s" % (name, text), file=out, flush=True)

@@ -13,6 +13,7 @@ from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Footer, Static
 
+from host_tools import monitor_foreign
 from host_tools import monitor_rows as rows
 from host_tools.monitor_session import EXIT_OK, WatchEnded, end_of_mission
 
@@ -114,7 +115,8 @@ class MonitorApp(App):
         area = self._map
         if area.size.width > 2 and area.size.height > 2:
             area.update(picture_text(rows.map_picture(state, area.size.width, area.size.height, ZOOMS[self.zoom])))
-        self._rows.update(side_text(state, self.session.link.counts()))
+        link = self.session.link
+        self._rows.update(side_text(state, link.counts(), monitor_foreign.sections(link)))
         self._status.update(self._status_text())
 
     def _status_text(self):
@@ -135,12 +137,12 @@ class MonitorApp(App):
         return speed
 
 
-def side_text(state, tap):
-    """All rows under their headings, with the robot's beams between them."""
+def side_text(state, tap, more=()):
+    """All rows under their headings, with the robot's beams between them; `more` is what the core says beyond them."""
     text = Text()
     for title, part in (
         ("MISSION", rows.mission_rows(state)), ("INFRARED", None), ("STORES", rows.store_rows(state, 6)),
-        ("MEMORY", rows.memory_rows(state, 12)), ("LINK", rows.link_rows(state, tap)),
+        ("MEMORY", rows.memory_rows(state, 12)), ("LINK", rows.link_rows(state, tap)), *more,
     ):
         text.append(title + "\n", style="bold underline")
         if part is None:

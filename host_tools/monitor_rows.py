@@ -52,6 +52,8 @@ def mission_rows(state):
             ("fixes", number(pose.fixes), ""),
             ("bumps", number(pose.bumps), "warn" if pose.bumps else ""),
         ]
+    if state.degraded:
+        rows.append(("degraded", ", ".join(state.degraded), "warn"))
     if state.answer is not None:
         rows.append(("wheels", "left %d  right %d mm/s" % (state.answer.left_mm_s, state.answer.right_mm_s), ""))
     if state.error is not None:

@@ -10,9 +10,11 @@ import time
 from host_tools.monitor_rows import number, summary
 from host_tools.monitor_state import MonitorState
 from host_tools.terminal_port import PortClosed
+from protocol.dialect import SchemaError
 from protocol.frame_reader import BOTH
 from protocol.host_link import HostLink
 from protocol.messages import BY_NAME
+from protocol.schema_pull import SchemaPull, hash_of
 
 SILENCE_S = 10.0        # lockstep gives up after 3 s without an answer: 10 s of nothing is an end
 GARBAGE_S = 3.0         # so long may a cut frame and line noise at the start last
@@ -41,7 +43,9 @@ class MonitorSession:
         self._clock = clock
         self._first_frame_s = first_frame_s
         self._opened = self._heard = self._good = clock()
-        self._asked = None
+        self._asked = self._question = None
+        self._pull = None       # of a schema that is not known here
+        self._pull_s = 0.0
 
     def pump(self):
         """Take in all that waits; True when anything came."""
@@ -54,7 +58,7 @@ class MonitorSession:
         except PortClosed as closed:
             self._on_closed(closed)
             return False
-        self._check_schema()
+        self._check_core(now)
         self._check_silence(now)
         return came
 
@@ -78,18 +82,52 @@ class MonitorSession:
             came = True
             self._heard = now
             for message in self.link.feed(data):
-                self.state.apply(message)
                 self._good = now
+                self.state.apply(message)
+                if message.NAME == "HELLO":
+                    self._meet(message, now)
+                elif message.NAME == "IDENTITY" and self._pull is not None and self._pull.fits(message):
+                    self._learn(message)
         return came
 
     def _ask(self, now):
-        """A viewer that came late has missed HELLO: ask until it is known."""
-        if self.state.hello is None and (self._asked is None or now - self._asked >= ASK_EVERY_S):
-            self._asked = now
-            self.port.write(self.link.encode(BY_NAME["IDENTIFY"](section=0, offset=0)))
+        """A viewer that came late has missed HELLO: ask until it is known. So with a schema, piece by piece."""
+        if self.state.hello is not None and self._pull is None:
+            return
+        question = BY_NAME["IDENTIFY"](section=0, offset=0) if self._pull is None else self._pull.question()
+        if question != self._question or now - self._asked >= ASK_EVERY_S:
+            self._asked, self._question = now, question
+            self.port.write(self.link.encode(question))
 
-    def _check_schema(self):
+    def _meet(self, hello, now):
+        if self.link.meet(hello):
+            self._pull = None
+            self._speak()
+        elif self._pull is None or self._pull.hash != hash_of(hello):
+            self._pull, self._pull_s = SchemaPull(hello), now
+
+    def _learn(self, identity):
+        try:
+            self._pull.take(identity)
+            if self._pull.whole:
+                self.link.adopt(self._pull.dialect())
+                self._pull = None
+                self._speak()
+        except SchemaError as error:
+            raise WatchEnded("On %s %s." % (self.port.path, error), EXIT_PEER) from None
+
+    def _speak(self):
+        """The names of states and parameters are the core's own."""
+        spoken = self.link.names, tuple(row[0] for row in self.link.dialect.parameters)
+        if (self.state.names, self.state.parameter_names) != spoken:
+            self.state.forget_mission()  # it was heard in another schema
+            self.state.names, self.state.parameter_names = spoken
+
+    def _check_core(self, now):
         refusal = self.state.hello and self.link.refusal(self.state.hello)
+        if not refusal and self._pull is not None and now - self._pull_s > SILENCE_S:
+            refusal = "the core's schema is %08x, this host's %08x, and nobody there tells it: update the older of the two" % (
+                self._pull.hash, self.link.dialect.hash)
         if refusal:
             raise WatchEnded("On %s %s." % (self.port.path, refusal), EXIT_PEER)
 

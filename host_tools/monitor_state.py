@@ -9,6 +9,7 @@ terminal, no clock of its own, no port: monitor_rows.py turns this into text.
 import math
 
 from protocol import states
+from protocol.dialect import CODES, name_of, names_of_bits
 from protocol.parameters import PARAMETERS
 
 UNIT_M = 0.005            # map coordinates on the wire are in 5 mm
@@ -29,6 +30,8 @@ class MonitorState:
         self.anchors = {}          # index -> [x_mm, y_mm]
         self.anchor_count = 0
         self.messages = 0
+        self.names = CODES      # of states and bits by number, and those of the parameters: the core's own, once it is known
+        self.parameter_names = tuple(row[0] for row in PARAMETERS)
         self.forget_mission()
 
     def forget_mission(self):
@@ -56,7 +59,12 @@ class MonitorState:
         number = self.state
         if number is None:
             return "no state yet"
-        return states.NAMES[number] if number < len(states.NAMES) else "state %d" % number
+        return name_of(self.names["states"], number, "state")
+
+    @property
+    def degraded(self):
+        """What made the mission's result the poorer, by name, once the core has been asked for its status."""
+        return names_of_bits(self.names["degraded"], self.status.degraded) if self.status is not None else []
 
     @property
     def ended(self):
@@ -127,9 +135,9 @@ class MonitorState:
         self.status = self.memory = message     # it has all of MEMORY's fields
 
     def _take_parameter(self, message):
-        if message.parameter >= len(PARAMETERS):
+        if message.parameter >= len(self.parameter_names):
             return
-        name, index, value = PARAMETERS[message.parameter][0], message.index, message.value
+        name, index, value = self.parameter_names[message.parameter], message.index, message.value
         if name == "ir_bearing" and index < 8:
             self.ir_bearings_deg[index] = value * 360 / 65536
         elif name == "anchor_count":

@@ -4,7 +4,6 @@ import shutil
 import sys
 import time
 
-from protocol import states
 
 PLAIN_EVERY_S = 5.0
 
@@ -45,10 +44,7 @@ class Progress:
 
 
 def line(event):
-    state = event.get("state")
-    if isinstance(state, int):
-        state = states.NAMES[state] if state < len(states.NAMES) else state
-    parts = ["robot %7.1f s" % event.get("robot_s", 0), "path %6.1f m" % event.get("path_m", 0), "%-13s" % state]
+    parts = ["robot %7.1f s" % event.get("robot_s", 0), "path %6.1f m" % event.get("path_m", 0), "%-13s" % event.get("state")]
     parts += ["%s %s" % (key, event[key]) for key in ("points", "vectors") if event.get(key) is not None]
     if event.get("memory") is not None:
         parts.append("memory %s" % memory(event["memory"]))

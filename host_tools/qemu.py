@@ -6,6 +6,7 @@ are made before the emulator, which opens them: of a pty that it made itself it 
 
 import itertools
 import os
+import random
 import re
 import shutil
 import signal
@@ -23,7 +24,9 @@ MACHINE = ("-M", "netduino2", "-display", "none", "-monitor", "none", "-semihost
 BY_INSTRUCTIONS = ("-icount", "shift=3")
 BOOT_S = 3.0            # each: the REPL answers, the core is up
 USART = "usart2"        # the link's name in firmware_py/ports/stm32.py
-SCRIPT = "import tvslam\ntvslam.main(%r)\n"     # which starts the core on a link
+ON_USART = (USART, "slcan", "slcan-fd")
+BOOT = "BOOT"           # in a script: a number that no other boot has, as the emulator's own clock tells none
+SCRIPT = "import tvslam\ntvslam.main(%r, " + BOOT + ")\n"     # which starts the core on a link
 RAW_REPL = "raw REPL; CTRL-B to exit\n>"
 ASK_S = 0.25
 CTRL_A, CTRL_C, CTRL_D = b"\x01", b"\x03", b"\x04"
@@ -101,9 +104,9 @@ class Emulator:
         return self._printed()
 
     def start_core(self, link, script=SCRIPT):
-        """Serve the host's path `link` by semihosting, or USART2."""
+        """Serve the host's path `link` by semihosting; or USART2, as itself or as a CAN adapter."""
         self._link = link
-        self._send_script(script % link)
+        self._send_script((script % link).replace(BOOT, str(random.getrandbits(16))))
 
     def _send_script(self, script):
         self._text = ""
@@ -136,7 +139,7 @@ class Emulator:
 
     def wait(self, timeout_s):
         """The mission is over: let the core tell its costs. Over semihosting it sees the link close; over USART2 it is told."""
-        if self.poll() is None and self._link == USART:
+        if self.poll() is None and self._link in ON_USART:
             self._send(CTRL_C)
         limit = time.monotonic() + timeout_s
         while self.poll() is None and time.monotonic() < limit:

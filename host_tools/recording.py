@@ -1,27 +1,29 @@
 """A recorded log as a mission to run again: what the core was told, what it was asked step by step, what it answered.
 
     recording = Recording(path)             LogUnusable: a sentence
-    recording.parameters                    [(number, index, value)] in the order of the log, by today's numbers
+    recording.before                        what was asked before the first step, as Ticks; parameters by today's numbers
     for tick in recording.ticks(): ...      up to the end or the first damage
     recording.damage, .status, .map_bytes   known after that
 """
 
-import collections
 import os
-from typing import NamedTuple
 
+from host_tools.asked import Asked
 from host_tools.mission import MissionBuilder
 from protocol import schema
+from protocol.dialect import SchemaError
+from protocol.host_link import RELIABLE
 from protocol.log import LogError, LogReader
 from protocol.messages import BY_ID, BY_NAME, MessageError
 from protocol.parameters import PARAMETERS
+from protocol.translation import of_log
 
 CHUNK_BYTES = 1 << 16
-HEADER_BYTES = 5  # CTL SEQ ACK ID LEN
-CRC_BYTES = 4
 TELEMETRY = ("POSE", "STORE", "VECTOR", "POINT")    # what does not depend on the machine
 NEEDED = ("STEP", "STEP_RSP", "PARAM_SET")
 AT_THE_END = ("STATUS_RSP", "MAP_INFO_RSP", "MAP_DATA")
+# Questions that leave the core as it is. Every other reliable one is part of the mission: it is asked again in its turn.
+NO_PART = ("STATUS", "MAP_INFO", "MAP_READ", "PARAM_GET", "PARAM_LIST")
 OF_THE_CLOCK = ("tick_ms",)      # a free run's pace: a replay does not wait for it
 STEP_MASK = (1 << 30) - 1
 AGAIN_MAX = 1000
@@ -32,33 +34,34 @@ class LogUnusable(Exception):
     """One sentence: this file cannot be replayed."""
 
 
-# One step as it was: the STEP, its STEP_RSP (None where the log ends before it), the telemetry that followed the answer.
-class Tick(NamedTuple):
-    question: object
-    answer: object
-    telemetry: list
-
-
-# Reads the file once, in order. Contract: `ticks` ascend by one without repeats; what the log holds
-# after its first damage is left out, since nobody knows what it missed.
+# Reads the file once, in order. Contract: of `ticks` those with a STEP ascend by one without repeats, the others stand where
+# they were asked; what the log holds after its first damage is left out, since nobody knows what it missed.
 class Recording:
     def __init__(self, path):
         self.path = path
-        self.parameters = []
+        self.before = []
         self.damage = ""
         self.read_bytes = 0
+        self._step = None   # the last that was asked
+        self._boot_id = None
         self._reader = LogReader()
         self._end = MissionBuilder()
+        self._asked = Asked()
         try:
             self._file = open(path, "rb")
             self.size_bytes = os.fstat(self._file.fileno()).st_size
             self._messages = self._decoded()
-            self._first = self._until_first_step()
+            self._until_first_step()
         except OSError as error:
             raise LogUnusable("The log %s cannot be read: %s." % (path, (error.strerror or str(error)).lower())) from None
         except LogError as error:
             raise LogUnusable("The log %s cannot be replayed: %s." % (path, error)) from None
         self._built = None
+
+    @property
+    def parameters(self):
+        """[(number, index, value)] of those told before the first step."""
+        return [tuple(tick.question) for tick in self.before if tick.question.NAME == "PARAM_SET"]
 
     @property
     def status(self):
@@ -75,32 +78,29 @@ class Recording:
         return self.read_bytes / self.size_bytes if self.size_bytes else 1.0
 
     def ticks(self):
-        asked, pending, tick = self._first.step, collections.deque([self._first]), None
-        for message in self._messages:
+        asked = self._asked
+        for message, key in self._messages:
             name = message.NAME
+            if name == "HELLO" and message.boot_id != self._boot_id:
+                self.damage = "its core was started anew at step %d, and what follows is another mission" % self._step
+                break
             if name == "STEP":
-                ahead = message.step - asked & STEP_MASK
+                ahead = message.step - self._step & STEP_MASK
                 if ahead == 1:
-                    asked = message.step
-                    pending.append(message)
+                    self._step = message.step
+                    asked.question(message, key)
                 elif 0 < ahead <= STEP_MASK - AGAIN_MAX:  # less is one more time what was not answered at once
-                    self.damage = "it goes from step %d to step %d" % (asked, message.step)
+                    self.damage = "it goes from step %d to step %d" % (self._step, message.step)
                     break
-            elif name == "STEP_RSP":
-                if any(question.step == message.step for question in pending):
-                    if tick is not None:
-                        yield tick
-                    while pending[0].step != message.step:
-                        yield Tick(pending.popleft(), None, [])
-                    tick = Tick(pending.popleft(), message, [])
             elif name in AT_THE_END:
                 self._end.add(name, message._asdict())
-            elif tick is not None and name in TELEMETRY:
-                tick.telemetry.append(message)
-        if tick is not None:
-            yield tick
-        for question in pending:
-            yield Tick(question, None, [])
+            elif name in TELEMETRY:
+                asked.telemetry(message)
+            elif message.DIRECTION == schema.UP:
+                yield from asked.answer(self._by_name(message), key)
+            else:
+                asked.question(self._by_name(message), key)
+        yield from asked.rest()
 
     def _ended(self):
         if self._built is None:
@@ -108,25 +108,35 @@ class Recording:
         return self._built
 
     def _until_first_step(self):
-        for message in self._messages:
+        for message, key in self._messages:
             if message.NAME == "STEP":
-                return message
-            if message.NAME == "PARAM_SET":
-                name = self._name(message.parameter)
-                if name not in OF_THE_CLOCK:
-                    self.parameters.append((NUMBERS[name], message.index, message.value))
+                self.before += self._asked.rest()
+                self._asked.question(message, key)
+                self._step = message.step
+                return
+            if message.NAME == "HELLO":
+                self._boot_id = message.boot_id
+            elif message.DIRECTION == schema.UP:
+                self.before += self._asked.answer(self._by_name(message), key)
+            elif message.NAME != "PARAM_SET" or PARAMETERS[self._by_name(message).parameter][0] not in OF_THE_CLOCK:
+                self._asked.question(self._by_name(message), key)
         raise LogUnusable("The log %s holds no step of a mission%s." % (self.path, ": " + self.damage if self.damage else ""))
 
-    def _name(self, number):
+    def _by_name(self, message):
         """A parameter may have got another number since."""
+        if message.NAME not in ("PARAM_SET", "PARAM_VALUE"):
+            return message
         told = self._reader.told["parameters"]
-        name = told[number][0] if number < len(told) else "number %d" % number
+        name = told[message.parameter][0] if message.parameter < len(told) else "number %d" % message.parameter
+        if name not in NUMBERS and message.NAME == "PARAM_VALUE":
+            return message      # it answers a question that is no part of the mission
         if name not in NUMBERS:
             raise LogUnusable("The log %s sets the parameter %s, which this core does not have: replay it with the version "
                               "that wrote it." % (self.path, name))
-        return name
+        return message._replace(parameter=NUMBERS[name])
 
     def _decoded(self):
+        """(message, key) of what a replay needs; the key is what a reliable question and its answer have in common."""
         kinds = None
         with self._file as file:
             while self.damage == "" and (chunk := file.read(CHUNK_BYTES)):
@@ -136,30 +146,42 @@ class Recording:
                 if kinds is None and self._reader.told is not None:
                     kinds = self._kinds()
                 for number, record in enumerate(found[:self._reader.sound - before], before):
-                    kind = kinds.get(record.frame[3]) if len(record.frame) >= HEADER_BYTES + CRC_BYTES else None
-                    if kind is not None:
-                        try:
-                            yield kind.unpack(record.frame[HEADER_BYTES:-CRC_BYTES])
-                        except MessageError as error:
-                            self.damage = "record %d is no message of its kind (%s)" % (number, error)
-                            return
+                    try:
+                        message = record.message(kinds)
+                    except MessageError as error:
+                        self.damage = "record %d is no message of its kind (%s)" % (number, error)
+                        return
+                    if message is not None:
+                        yield message, _key(record.frame)
                 if self._reader.damaged_at is not None:
-                    self.damage = "it is damaged from byte %d on" % self._reader.damaged_at
+                    self._damaged(file)
         if not self.damage and self._reader.told is None:
             raise LogError("it ends within its head")
-        if not self.damage and self._reader.left_over:
-            self.damage = "it breaks off at byte %d, in the middle of a record" % (self.read_bytes - self._reader.left_over)
+        if not self.damage and self._reader.damage:
+            self._damaged()
+
+    def _damaged(self, file=None):
+        """Says where, and, having read to the end, what is lost."""
+        while file is not None and (chunk := file.read(CHUNK_BYTES)):
+            self._reader.feed(chunk)
+        self.damage = "it %s%s" % (self._reader.damage, "" if self._step is None else "; the step before it is %d" % self._step)
 
     def _kinds(self):
-        """{id: class} of the messages that this log has in the layout of today."""
-        same = [row[0] for row in schema.MESSAGES if _listed(row) in self._reader.told["messages"]]
-        other = [name for name in NEEDED if BY_NAME[name].ID not in same]
-        if other:
-            raise LogUnusable("The log %s was written with another %s message: replay it with the version that wrote it." % (
-                self.path, other[0]))
-        wanted = {BY_NAME[name].ID for name in NEEDED + AT_THE_END + TELEMETRY}
-        return {number: BY_ID[number] for number in wanted.intersection(same)}
+        """{id: what unpacks it} of the messages that are wanted, as this log has them."""
+        reliable = {kind.NAME for kind in BY_ID.values() if kind.RELIABLE} - {*NO_PART}
+        wanted = {*NEEDED, *AT_THE_END, *TELEMETRY, "HELLO", *reliable}
+        try:
+            translation = of_log(self._reader.told)
+        except SchemaError as error:
+            raise LogUnusable("The log %s has no schema in its head that can be read: %s." % (self.path, error)) from None
+        if translation is None:
+            return {BY_NAME[name].ID: BY_NAME[name] for name in wanted}
+        flaw = translation.unread(NEEDED)
+        if flaw:
+            raise LogUnusable("The log %s was written with another schema: %s; replay it with the version that wrote it." % (
+                self.path, flaw))
+        return translation.readable(wanted)
 
 
-def _listed(part):
-    return [_listed(item) for item in part] if isinstance(part, tuple) else part
+def _key(frame):
+    return (frame[0] >> 5 & 3, frame[1]) if frame[0] & RELIABLE else None

@@ -36,10 +36,15 @@ class Relay:
         self._thread.start()
         return self
 
-    def close(self):
+    def pause(self):
+        """Until the next start()."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join(2.0)
+        self._stop.clear()
+
+    def close(self):
+        self.pause()
         self.board.close()
 
     def _run(self):

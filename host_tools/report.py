@@ -51,7 +51,7 @@ def table(result):
         ("link", "%s frames   %s bytes   retransmits %s   dropped %s" % (
             _n(stats["frames"]), _n(stats["bytes"]), _n(stats["retransmits"]), _dropped(stats["dropped_by_cause"]))),
     ]
-    rows += _free_run(result["free_run"])
+    rows += _storage(result["storage"]) + _free_run(result["free_run"]) + _can(result["can"])
     rows.append(("hash", "steps %s   map %s" % (_n(result["hash"]["steps"]), _n(result["hash"]["map"]))))
     return ["%-15s %s" % row for row in rows]
 
@@ -65,12 +65,29 @@ def _tick(tick):
         _n(tick["count"]), round(p99 / 1000), round(most / 1000), p99 / CLOCK_MHZ / 1000, most / CLOCK_MHZ / 1000, CLOCK_MHZ)
 
 
+def _storage(figures):
+    if not figures["nvm_bytes"]:
+        return []
+    loaded = [one["loaded"] for one in figures["found"] or [] if one["loaded"]]
+    return [("storage", "loaded: %s   kept: %s   %d B in %d pieces and %d erases, of a memory of %d B   restarts %s" % (
+        loaded[-1] if loaded else "nothing", figures["kept"] or "nothing", figures["written_bytes"], figures["programs"],
+        figures["erases"], figures["nvm_bytes"], _n(figures["restarts"])))]
+
+
 def _free_run(figures):
     if figures["drift_ppm"] is None:
         return []
     return [("free run", "core %s ticks late, worst %s ms   host %s answers late, %s ticks missed   drift %s ppm, residual %s ms" % (
         _n(figures["core_late_ticks"]), _n(figures["core_late_ms"]), figures["late_answers"], figures["missed_ticks"],
         _n(figures["drift_ppm"], 0), _n(figures["residual_ms"], 2)))]
+
+
+def _can(figures):
+    if figures["frames"] is None:
+        return []
+    load, busiest = (_n(figures[key] and 100 * figures[key], 1) for key in ("bus_load", "bus_load_max"))
+    return [("CAN bus", "%d frames   load %s %%, busiest step %s %% of 500 kbit/s at 50 steps/s   lost %d, refused %d, dropped %d" % (
+        figures["frames"], load, busiest, figures["lost"], figures["refused"], figures["dropped"]))]
 
 
 def picture(home, vector_map):

@@ -17,9 +17,9 @@ from host_tools.peers.paper_rule import paper_rule
 from host_tools.peers.uwb_only import positions
 from host_tools.score import score_map
 from protocol import states
+from protocol.dialect import name_of, names_of_bits
 
 STOPS = 20
-DEGRADED = states.DEGRADED
 MAP_STORES = ("vectors", "chains", "regions", "nodes", "edges")
 ERRORS = {"mean_cm": None, "p95_cm": None, "max_cm": None}
 SKELETON = {
@@ -36,6 +36,8 @@ SKELETON = {
     "link_stats": {"frames": None, "bytes": None, "dropped_by_cause": {}, "retransmits": None},
     "free_run": dict.fromkeys(("core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm",
                                "residual_ms", "clock_jumps", "round_trip_ms", "margin_ms")),
+    "storage": dict.fromkeys(("nvm_bytes", "kept", "found", "erases", "programs", "reads", "written_bytes", "restarts")),
+    "can": dict.fromkeys(("frames", "bus_load", "bus_load_max", "lost", "refused", "dropped")),
     "cleaning": dict.fromkeys(("coverage", "overlap", "robot_s")),
     "update": dict.fromkeys(("robot_s", "full_robot_s", "regions_rebuilt")),
     "days": [],
@@ -60,6 +62,7 @@ def evaluate(result, mission, truth, vector_map, end, rooms):
     _memory(result, mission)
     _tick_and_link(result, mission, end)
     _free_run(result, mission, end)
+    _storage(result, end)
     return result
 
 
@@ -78,10 +81,8 @@ def _status(result, mission):
     if status is None:
         return
     result["finished"] = bool(status["finished"])
-    reason = status["reason"]
-    result["reason"] = states.REASONS[reason] if reason < len(states.REASONS) else "reason %d" % reason
-    result["degraded"] = [DEGRADED[bit] if bit < len(DEGRADED) else "bit %d" % bit
-                          for bit in range(16) if status["degraded"] >> bit & 1]
+    result["reason"] = name_of(mission.names["reasons"], status["reason"], "reason")
+    result["degraded"] = names_of_bits(mission.names["degraded"], status["degraded"])
     result["hash"] = hashes(status)
     if result["finished"]:
         result["map"]["closure_cm"] = {"before": status["closure_before_mm"] / 10, "after": status["closure_after_mm"] / 10}
@@ -207,12 +208,17 @@ def _tick_and_link(result, mission, end):
         tick["count"] = len(mission.tick_us)
         tick |= {"p50_us": float(np.percentile(mission.tick_us, 50)), "p99_us": float(np.percentile(mission.tick_us, 99)),
                  "max_us": float(np.max(mission.tick_us))}
-    stats["frames"], stats["bytes"], stats["retransmits"] = end.get("frames"), end.get("bytes"), end.get("resent")
+    stats["frames"], stats["bytes"], stats["retransmits"] = end.get("frames"), end.get("bytes"), _both_ends(end)
     dropped = dict(end.get("dropped") or {})
     for name, value in (mission.link or {}).items():
         if name.startswith("bad_") or name in ("overrun", "telemetry_dropped"):
             dropped["core_" + name] = value
     stats["dropped_by_cause"] = dropped
+
+
+def _both_ends(end):
+    """Questions sent again, and answers that the core sent again; the host's alone where the core did not tell its own."""
+    return None if end.get("resent") is None else end["resent"] + (end.get("core_resent") or 0)
 
 
 def _free_run(result, mission, end):
@@ -221,6 +227,29 @@ def _free_run(result, mission, end):
     figures |= end.get("free_run") or {}
     if mission.parameter("tick_ms") and mission.status is not None:
         figures["core_late_ticks"], figures["core_late_ms"] = mission.status["late_ticks"], mission.status["late_ms"]
+
+
+def _storage(result, end):
+    """What the core kept in the non-volatile memory, what each core that began found there, and what it cost."""
+    figures, told = result["storage"], end.get("storage") or {}
+    figures |= {key: told[key] for key in figures.keys() & told.keys()}
+    figures["restarts"] = end.get("restarts")
+
+
+def can_bus(result, counted):
+    """What the hub of a CAN link counted; its load is that of a robot that takes 50 steps a second. -> a note where that is too much."""
+    figures, robot_s = result["can"], result["time"]["robot_s"]
+    figures |= {key: counted[key] for key in ("frames", "lost", "refused", "dropped") if key in counted}
+    if counted and robot_s:
+        figures["bus_load"] = round(counted["busy_s"] / robot_s, 4)
+        figures["bus_load_max"] = round(counted["step_s_max"] / STEP_S, 4)
+    if (figures["bus_load"] or 0) > 1:
+        return "A CAN bus of 500 kbit/s cannot carry that at 50 steps a second: it would be busy for %.0f %% of the time." % (
+            100 * figures["bus_load"])
+    if (figures["bus_load_max"] or 0) > 1:
+        return "At 50 steps a second the busiest step would be late: it keeps a CAN bus of 500 kbit/s for %.0f ms of 20." % (
+            1000 * counted["step_s_max"])
+    return ""
 
 
 def tum_rows(mission):

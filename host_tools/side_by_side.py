@@ -35,19 +35,26 @@ class SideBySide:
         self.with_log = with_log
         self.steps = 0
         self.telemetry = 0      # messages compared
+        self.asked = 0          # questions that are no steps
         self.now = self.past = None
         self.apart = self.telemetry_apart = None
+        self._others = []       # [{side: answer}] of what was asked since the last step
         self._told = []         # the log's telemetry after `now`
         self._heard = {}        # {side: telemetry} compared last
         self._ticks = recording.ticks()
         for core in self.cores:
             core.handshake()
-            core.tell(recording.parameters)
+        for tick in recording.before:
+            self._ask(tick)
 
     def advance(self):
         """False at the end of the log."""
         tick = next(self._ticks, None)
+        while tick is not None and tick.question.NAME != "STEP":
+            self._ask(tick)
+            tick = next(self._ticks, None)
         if tick is None:
+            self.apart = self._between_steps(self.now.step if self.now else 0)
             return False
         for core in self.cores:
             core.send(tick.question)
@@ -56,10 +63,28 @@ class SideBySide:
             answers[core.name], heard[core.name] = core.answer(tick.question)
         self.telemetry_apart = self._compare_telemetry(heard)
         self.past, self.now = self.now, Moment(tick.question, self.now.state if self.now else 0, answers)
-        self.apart = between(self.now.step, answers)
+        self.apart = self._between_steps(self.now.step) or between(self.now.step, answers)
         self._told = tick.telemetry
         self.steps += 1
         return True
+
+    def _ask(self, tick):
+        """What is no STEP; its answers are compared with the next step's."""
+        self.asked += 1
+        if tick.question.NAME == "PARAM_SET" and self.now is None:
+            for core in self.cores:
+                core.tell(tick.question)
+            return
+        answers = {LOG: tick.answer} if self.with_log and tick.answer is not None else {}
+        for core in self.cores:
+            answers[core.name] = core.ask_reliably(tick.question)
+        self._others.append(answers)
+
+    def _between_steps(self, step):
+        found = (between_lists(step, {side: [answer] for side, answer in answers.items()}, "answer") for answers in self._others)
+        first = next((difference for difference in found if difference is not None), None)
+        self._others = []
+        return first
 
     def finish(self):
         """{side: STATUS_RSP} of the cores. What the last step still told comes before it, and is compared, too."""

@@ -1,13 +1,18 @@
 # What is derived from the schema, written by `python -m protocol.describe`:
 #   protocol/tables.py   flat tables and message ids for the core (no schema in its memory)
 #   docs/protocol.md     the message table, between its two markers
+#   protocol/tvslam.dbc  telemetry as CAN frames, for cantools and its like
+#   protocol/schema_text.py  all of it as text for a host of another version, which the core serves
 # `python -m protocol.describe --check` writes nothing and exits 1 if one is stale.
 # Host only.
 
+import ast
+import json
 import os
 import sys
+import zlib
 
-from protocol import parameters, schema, schema_hash
+from protocol import dbc, parameters, schema, schema_hash, states
 
 KINDS = {"u16": 1, "i16": 2, "u8": 3, "i8": 4, "u32": 5, "i32": 6, "p10": 7}
 SIZES = {"u16": 2, "i16": 2, "u8": 1, "i8": 1, "u32": 4, "i32": 4, "p10": 10}
@@ -15,6 +20,8 @@ SIZES = {"u16": 2, "i16": 2, "u8": 1, "i8": 1, "u32": 4, "i32": 4, "p10": 10}
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TABLES = os.path.join(ROOT, "protocol", "tables.py")
 PAGE = os.path.join(ROOT, "docs", "protocol.md")
+DBC = os.path.join(ROOT, "protocol", "tvslam.dbc")
+TEXT = os.path.join(ROOT, "protocol", "schema_text.py")
 MARK_BEGIN = "<!-- messages: made by `python -m protocol.describe`, do not edit -->"
 MARK_END = "<!-- end of messages -->"
 
@@ -23,6 +30,12 @@ TABLES_HEAD = '''\
 # The schema as flat tables, so that the core needs neither schema.py nor any
 # work at boot; frozen, all of it stays in flash. A row is a message.
 '''
+
+TEXT_HEAD = """\
+# Made from schema.py, parameters.py and states.py by `python -m protocol.describe`: do not edit.
+# The schema with its units and the names of its codes, as JSON, deflated: by it a host of another version
+# knows what this core says (IDENTIFY, section 4). Frozen, it stays in flash.
+"""
 
 
 def field_size(kind):
@@ -85,12 +98,41 @@ def tables_text(messages=schema.MESSAGES):
               "# of a PARAM_INFO by parameter: unit (8) and name (24), padded with NUL. As one literal, because",
               "# on MicroPython a letter taken out of a str may be a new object.",
               "PARAMETER_TEXT = (%s)" % wrapped(parameter_text()), ""]
-    lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_"))]
+    lines += ["# telemetry as CAN frames: by channel the message (0: none), its bytes' place in the body, how many;",
+              "# by the low four bits of a message its first channel (255: it travels in pieces)"]
+    for name, data in zip(("CAN_MESSAGES", "CAN_OFFSETS", "CAN_SIZES", "CAN_FIRST", "CAN_BODIES"), dbc.tables(messages)):
+        lines.append("%s = (%s)" % (name, wrapped(data)))
+    lines.append("")
+    lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_", "NVM_"))]
     return "\n".join(lines) + "\n"
 
 
 def parameter_text(table=parameters.PARAMETERS):
     return b"".join(unit.encode().ljust(8, b"\0") + name.encode().ljust(24, b"\0") for name, unit, *_ in table)
+
+
+def told_of(messages, table, codes, optional):
+    # What the core serves and a log holds in its head, as JSON takes it: dialect.py reads it.
+    return {"messages": messages, "parameters": table, **codes, "optional": optional}
+
+
+def schema_told():
+    codes = {"states": states.NAMES, "reasons": states.REASONS, "degraded": states.DEGRADED}
+    told = told_of(schema.MESSAGES, [row[:3] for row in parameters.PARAMETERS], codes, schema.OPTIONAL)
+    return json.dumps(told, separators=(",", ":")).encode()
+
+
+def schema_text(old=""):
+    # Another zlib may deflate to other bytes: those that say the same are left as they are.
+    told = schema_told()
+    try:
+        data = ast.literal_eval(old.split("SCHEMA_TEXT = ", 1)[1])
+        if zlib.decompress(data, -15) == told:
+            return TEXT_HEAD + "\nSCHEMA_TEXT = (%s)\n" % wrapped(data)
+    except (IndexError, SyntaxError, ValueError, TypeError, zlib.error):
+        pass
+    deflater = zlib.compressobj(9, zlib.DEFLATED, -15)
+    return TEXT_HEAD + "\nSCHEMA_TEXT = (%s)\n" % wrapped(deflater.compress(told) + deflater.flush())
 
 
 def wrapped(data):
@@ -128,7 +170,7 @@ def page_text(page, messages=schema.MESSAGES):
 def stale_files(write):
     # -> the derived files that differ from what the schema says; written anew if asked.
     stale = []
-    for path, make in ((TABLES, lambda old: tables_text()), (PAGE, page_text)):
+    for path, make in ((TABLES, lambda old: tables_text()), (PAGE, page_text), (DBC, lambda old: dbc.dbc_text()), (TEXT, schema_text)):
         old = ""
         if os.path.exists(path):
             with open(path, encoding="utf-8") as file:

@@ -1,4 +1,4 @@
-# The core's end of the link: frames, epochs, handshake, the retained answer.
+# The core's end of the link: frames, epochs, handshake, questions in order, the retained answers.
 #
 #   at = 0
 #   while at < size:                                  size bytes were read into rx
@@ -8,17 +8,18 @@
 #           link.send(STEP_RSP)                       -> link.tx[0 .. link.tx_len)
 #       if link.tx_len: port.write(link.tx, link.tx_len)
 #
-# Left for the reliable layer: SEQ counts what we send and ACK repeats the last SEQ
-# that came; nobody looks at either yet, a lost frame is asked for again by its sender.
+# The reliable layer: a question with the reliable bit is taken once and in order, and its answer, of the same
+# SEQ, is retained until the host's ACK says that it has it. Who asks keeps the time and repeats: the core has no timer,
+# as over semihosting its clock stands still, and as each of its reliable frames is an answer.
 
 from array import array
 
 from protocol import cobs
 from protocol.codec import decode_into, encode_into
 from protocol.crc32 import crc32_into
-from protocol.frame_reader import BAD_ID, BAD_VALUE, COUNTERS, DOWN, STALE, WIRE_MAX, FrameReader
+from protocol.frame_reader import BAD_ID, BAD_VALUE, COUNTERS, DOWN, DUPLICATES, STALE, WIRE_MAX, FrameReader
 from protocol.tables import (
-    BODY_MAX, ERROR, FLAGS, HELLO, IDENTITY, PLACE, SCHEMA_HI, SCHEMA_LO, VALUES_MAX, VERSION, WELCOME,
+    ACK, BODY_MAX, ERROR, FLAGS, HELLO, IDENTITY, PLACE, SCHEMA_HI, SCHEMA_LO, VALUES_MAX, VERSION, WELCOME,
 )
 
 try:
@@ -31,14 +32,18 @@ _BODY = const(7)            # in tx: delimiter, COBS byte, five bytes of header
 _ERROR_UNKNOWN_ID = const(1)
 _ERROR_RANGE = const(3)
 _WINDOW_DOWN = const(4)
-_WINDOW_UP = const(2)
-_KEPT_MAX = const(32)
+_WINDOW_UP = const(2)       # answers retained: so many questions may wait for theirs
+_RELIABLE = const(8)
+_NAK = const(16)
 
 
 class Link:
     # Everything is allocated in __init__: values (VALUES_MAX ints; `out` is the same array, as no answer needs
-    # its question once it is begun), tx (108 bytes), held (106), the retained copy (32: the answer to a step;
-    # a longer frame is not retained), counters (14 ints). Nothing allocates or raises afterwards.
+    # its question once it is begun), three buffers to send from (108 bytes each: two of them hold the answers that
+    # the host may have missed, `tx` is the one at hand), held (106), counters (14 ints). Nothing allocates or raises afterwards.
+    #
+    # A reliable question that came before is not a message: its retained answer is in tx again. One that comes too
+    # early is answered with ACK, once a gap; one whose answer could not be retained is left to be repeated.
     #
     # Handshake: until WELCOME names our boot id, only the ids 1 to 4 pass. From then on every other
     # frame must carry the epoch that WELCOME gave; frames of another epoch are dropped and counted.
@@ -48,7 +53,10 @@ class Link:
     # by the link itself: message_id is 0 and tx_len is not.
 
     def __init__(self, boot_id):
-        self.tx = bytearray(WIRE_MAX)
+        self._told = bytearray(WIRE_MAX)
+        self.tx = self._told
+        self.kept = [bytearray(WIRE_MAX), bytearray(WIRE_MAX)]
+        self._kept_len = bytearray(_WINDOW_UP)
         self.tx_len = 0
         self.values = array("i", bytes(4 * VALUES_MAX))
         self.out = self.values
@@ -58,10 +66,11 @@ class Link:
         self.count = 0          # its ints in values
         self.boot_id = boot_id & 65535
         self.epoch = 0          # 0: not welcomed yet
-        self._seq = 0
-        self._ack = 0
-        self.kept = bytearray(_KEPT_MAX)
-        self._kept_len = 0
+        self._seq = 0           # of what is told without being repeated
+        self._ack = 0           # the last question that was taken, and SEQ of its answer
+        self._acked = 0         # the last answer that the host has
+        self._owed = False      # the question at hand is to be answered reliably
+        self._gap = False       # told already
         self._crc = array("H", bytes(4))
 
     def feed(self, buf, start, end):
@@ -85,7 +94,10 @@ class Link:
     def send(self, message_id, items=0):
         # Encodes `out` (and `items` of its group) as a whole frame in tx[0 .. tx_len).
         # -> tx_len, 0 if the message does not fit its schema (our own bug; nothing is sent)
-        tx = self.tx
+        answers = self._owed and FLAGS[PLACE[message_id]] & 2
+        place = self._ack & 1
+        tx = self.kept[place] if answers else self._told
+        self.tx = tx
         end = encode_into(message_id, self.out, tx, _BODY, items)
         if end < 0:
             self.tx_len = 0
@@ -94,7 +106,17 @@ class Link:
         tx[2] = VERSION | 4  # up
         if message_id > IDENTITY:
             tx[2] |= self.epoch << 5
-        tx[3] = self._seq
+        if answers:
+            tx[2] |= _RELIABLE
+            tx[3] = self._ack
+            self._owed = False
+            self._kept_len[place] = end + 5
+        else:
+            if message_id == ACK:
+                tx[2] |= _NAK
+            if message_id > IDENTITY:
+                self._seq = self._seq + 1 & 255
+            tx[3] = self._seq
         tx[4] = self._ack
         tx[5] = message_id
         tx[6] = end + 2  # less the delimiter and the COBS byte, plus the CRC
@@ -107,30 +129,9 @@ class Link:
         end += 4
         cobs.encode(tx, 1, end)
         tx[end] = 0
-        self._seq = self._seq + 1 & 255
         self.tx_len = end + 1
         self.reader.count_out(end + 1)
         return end + 1
-
-    def keep(self):
-        # Retains the frame in tx: the answer to the step just done.
-        # Byte by byte: a slice would be an object on the heap of MicroPython 1.25.
-        self._kept_len = 0
-        if self.tx_len <= _KEPT_MAX:
-            kept = self.kept
-            tx = self.tx
-            for i in range(self.tx_len):
-                kept[i] = tx[i]
-            self._kept_len = self.tx_len
-
-    def resend_kept(self):
-        # The retained frame once more, byte for byte. -> tx_len, 0 if there is none in this epoch
-        for i in range(self._kept_len):
-            self.tx[i] = self.kept[i]
-        self.tx_len = self._kept_len
-        if self.tx_len:
-            self.reader.count_out(self.tx_len)
-        return self.tx_len
 
     def send_hello(self, firmware_lo, firmware_hi, reset_cause, stores, parameters,
                    heap_bytes, heap_used_bytes, heap_code_bytes):
@@ -146,7 +147,7 @@ class Link:
         out[8] = BODY_MAX
         out[9] = _WINDOW_DOWN
         out[10] = _WINDOW_UP
-        out[11] = 0
+        out[11] = self.epoch    # in force: a host that comes later opens another one
         out[12] = stores
         out[13] = parameters
         out[14] = heap_bytes
@@ -164,6 +165,7 @@ class Link:
     def _receive(self):
         # The reader has a sound frame: is it of this epoch, known, and in its bounds?
         reader = self.reader
+        self._owed = False
         message_id = reader.message_id
         epoch = reader.ctl >> 5 & 3
         if 0 < message_id <= IDENTITY:
@@ -171,7 +173,8 @@ class Link:
                 return reader.count(STALE)
         elif epoch == 0 or epoch != self.epoch:
             return reader.count(STALE)
-        self._ack = reader.seq
+        elif not self._in_turn():
+            return
         row = PLACE[message_id]
         if row == 255 or FLAGS[row] & 1 != DOWN:
             reader.count(BAD_ID)
@@ -185,6 +188,39 @@ class Link:
         self.count = count
         self.message_id = message_id
 
+    def _in_turn(self):
+        # What the header of a frame of our epoch says. -> whether the frame is to be taken.
+        reader = self.reader
+        kept = self._ack - self._acked & 255
+        acked = reader.ack - self._acked & 255
+        if acked <= kept:  # else it is older than what we know
+            self._acked = reader.ack
+            kept -= acked
+        if not reader.ctl & _RELIABLE:
+            return True
+        behind = self._ack - reader.seq & 255
+        if behind == 255:
+            if kept == _WINDOW_UP:
+                return False
+            self._ack = reader.seq
+            self._owed = True
+            self._gap = False
+            return True
+        if behind < 128:
+            if behind >= kept:
+                reader.count(STALE)  # the host has its answer
+            else:
+                reader.count(DUPLICATES)
+                place = reader.seq & 1
+                self.tx = self.kept[place]
+                self.tx_len = self._kept_len[place]
+                reader.count_out(self.tx_len)
+        elif not self._gap:
+            self._gap = True
+            self.out[0] = self._ack + 1 & 255
+            self.send(ACK)
+        return False
+
     def _welcome(self):
         # -> whether it is meant for this boot
         epoch = self.values[0]
@@ -192,5 +228,8 @@ class Link:
             return False
         if epoch != self.epoch:
             self.epoch = epoch
-            self._kept_len = 0  # an answer of the last epoch answers nothing now
+            self._seq = 0
+            self._ack = 0
+            self._acked = 0     # an answer of the last epoch answers nothing now
+            self._gap = False
         return True

@@ -3,20 +3,21 @@
 # For the host only; the core never imports it.
 #
 #   head      "TVSLAM1\n", u32 length, JSON in UTF-8, u32 CRC-32 of all before
-#             JSON: {"messages": schema.MESSAGES, "parameters": ..., "version": ..., plus what the writer adds}
+#             JSON: {"messages": ..., "parameters": ..., "states": ... (a schema: dialect.py), "version": ..., plus what the writer adds}
 #   record    u8 direction (0 DOWN, 1 UP), u8 length, u32 dt_us since the record before, the raw frame
 #             (CTL ... CRC-32), u32 CRC-32 of the record so far
 #   marker    MARK (16 bytes), u64 records so far, u64 t_us, u32 CRC-32 of the marker; at least one in 64 KB
 #
-# All little-endian. A reader that meets damage goes on at the next marker: a
-# flipped bit costs what lies before that marker, a killed writer its last record.
+# All little-endian. A reader that meets damage goes on at the next marker: a flipped bit costs what lies before
+# that marker. A file that breaks off, at whatever byte, has every whole record before it.
 
 import json
 import zlib
 from dataclasses import dataclass
 from struct import Struct
 
-from protocol import parameters, schema
+from protocol import schema
+from protocol.dialect import OURS
 
 MAGIC = b"TVSLAM1\n"
 MARK = b"\xf5TVSLAM-SYNC\r\n\x1a\n"
@@ -28,6 +29,9 @@ _MARKER = Struct("<16sQQ")
 _RECORD_EXTRA = _RECORD.size + _U32.size
 _MARKER_SIZE = _MARKER.size + _U32.size
 _DT_MAX = 0xFFFFFFFF
+_HEADER = 5             # of a frame: CTL SEQ ACK ID LEN
+_ID = 3
+_CRC = 4
 
 
 class LogError(Exception):
@@ -40,18 +44,24 @@ class Record:
     direction: int
     frame: bytes
 
+    def message(self, kinds):
+        """What it says, by {id: what unpacks it}; None where that has no such id. May raise MessageError."""
+        kind = kinds.get(self.frame[_ID]) if len(self.frame) >= _HEADER + _CRC else None
+        return kind and kind.unpack(self.frame[_HEADER:-_CRC])
+
 
 # Makes the bytes of a log. Holds a few integers only; the caller stores what
-# head() and record() return, in that order. t_us never runs backwards here:
+# head() and record() return, in that order; since_mark is 0 behind a marker. t_us never runs backwards here:
 # an earlier time than the last is written as the last.
 class LogWriter:
     def __init__(self):
         self.records = 0
+        self.since_mark = 0     # bytes
         self._t_us = 0
-        self._since_mark = 0
 
-    def head(self, **notes):
-        told = {"messages": schema.MESSAGES, "parameters": parameters.PARAMETERS, "version": schema.VERSION, **notes}
+    def head(self, dialect=OURS, **notes):
+        """`dialect` is the schema of the core whose frames are to follow."""
+        told = {**dialect.told(), "version": schema.VERSION, **notes}
         text = json.dumps(told, separators=(",", ":")).encode()
         head = MAGIC + _U32.pack(len(text)) + text
         return head + _U32.pack(zlib.crc32(head)) + self.marker()
@@ -61,14 +71,14 @@ class LogWriter:
         self._t_us += dt_us
         body = _RECORD.pack(direction, len(frame), dt_us) + frame
         self.records += 1
-        self._since_mark += len(body) + 4
-        if self._since_mark + FRAME_MAX + _RECORD_EXTRA + _MARKER_SIZE < MARK_EVERY_BYTES:
+        self.since_mark += len(body) + 4
+        if self.since_mark + FRAME_MAX + _RECORD_EXTRA + _MARKER_SIZE < MARK_EVERY_BYTES:
             return body + _U32.pack(zlib.crc32(body))
         return body + _U32.pack(zlib.crc32(body)) + self.marker()
 
     def marker(self):
         """A marker outside the usual distance, as before a pause."""
-        self._since_mark = 0
+        self.since_mark = 0
         marker = _MARKER.pack(MARK, self.records, self._t_us)
         return marker + _U32.pack(zlib.crc32(marker))
 
@@ -76,7 +86,7 @@ class LogWriter:
 # Takes the bytes of a log in pieces of any size. `told` is the head's JSON, None
 # until it is there. `damaged` counts the stretches of bytes that were skipped,
 # `lost` the records that are known to be missing in them. `damaged_at` is the byte of
-# the first that is not as it was written, None so far; `sound` the records before it.
+# the first that is not as it was written, None so far; `sound` the records before it. `damage` says it in words.
 # Keeps at most one incomplete record, or the bytes since the damage up to a marker.
 class LogReader:
     def __init__(self):
@@ -87,6 +97,7 @@ class LogReader:
         self.damaged_at = None
         self.sound = 0
         self._passed = 0    # bytes before those held
+        self._marked = 0    # records before the last marker
         self._bytes = bytearray()
         self._t_us = 0
         self._lost_track = False
@@ -95,6 +106,18 @@ class LogReader:
     def left_over(self):
         """Bytes that make no whole record yet: at the end of a file, what its writer did not finish."""
         return len(self._bytes)
+
+    @property
+    def damage(self):
+        """When all is fed: where it is not whole, to be put behind "the log"; "" if it is."""
+        if self.damaged_at is not None:
+            known = "no sync marker follows" if self._lost_track else "%d of them lost" % self.lost
+            return "is damaged from byte %d on, behind record %d of %d; %s" % (self.damaged_at, self.sound, self.records, known)
+        if self.told is None:
+            return "ends within its head"
+        if self._bytes:
+            return "breaks off at byte %d, in the middle of record %d" % (self._passed, self.sound + 1)
+        return ""
 
     def feed(self, chunk):
         """The records that these bytes complete, in order."""
@@ -140,7 +163,14 @@ class LogReader:
             return None
         if zlib.crc32(data[:end]) != _U32.unpack_from(data, end)[0]:
             raise LogError("the head of this log is damaged: its check sum is wrong")
-        self.told = json.loads(data[start:end])
+        try:
+            self.told = json.loads(data[start:end])
+            kinds = [[type(row) for row in self.told[key]] for key in ("messages", "parameters")]
+        except (ValueError, TypeError, KeyError, RecursionError):
+            kinds = None
+        if not kinds or any(kind is not list for row in kinds for kind in row):
+            self.told = None
+            raise LogError("the head of this log is not understood: it was written by another program")
         return end + 4
 
     def _one(self, at, found):
@@ -153,11 +183,13 @@ class LogReader:
                 return 0
             if zlib.crc32(data[at:at + _MARKER.size]) != _U32.unpack_from(data, at + _MARKER.size)[0]:
                 return -1
-            _, records, self._t_us = _MARKER.unpack_from(data, at)
-            if records != self.records:
-                self.lost += records - self.records
-                self._not_sound(at)     # whole records are gone: the bytes that are left say nothing
-            self.records = records
+            _, records, t_us = _MARKER.unpack_from(data, at)
+            if records != self.records:     # whole records are gone, or there twice: the bytes that are left say nothing
+                self._not_sound(at)
+            if records >= self._marked:     # else it is a copy of an earlier one
+                self.lost += max(records - self.records, 0)
+                self.records = self._marked = records
+                self._t_us = t_us
             return _MARKER_SIZE
         if data[at] > schema.UP:
             return -1

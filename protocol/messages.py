@@ -141,11 +141,11 @@ def message_class(message_id, name, direction, reliable, fields):
     specials = tuple((at, int(kind[1:]) if kind[0] == "c" else 0)
                      for at, (_, kind, _) in enumerate(head) if kind[0] in "cp")
     is_bytes = len(item) == 1 and item[0][1] == "u8"
-    return type(name, (Message, namedtuple(name, [field[0] for field in fields])), {
+    return type(name, (Message, namedtuple(name, [field[0] for field in fields], rename=True)), {
         "__slots__": (), "ID": message_id, "NAME": name, "DIRECTION": direction, "RELIABLE": reliable,
         "FIELDS": fields, "_HEAD": struct_of(head), "_PLAIN": not item and not specials, "_SPECIALS": specials,
         "_ITEM": struct_of(item) if item else None, "_BYTES": is_bytes,
-        "_ITEM_TYPE": namedtuple(fields[-1][0].upper(), [field[0] for field in item]) if item else None,
+        "_ITEM_TYPE": namedtuple(fields[-1][0].upper(), [field[0] for field in item], rename=True) if item else None,
         "_WIDE": tuple(at for at, (_, kind, _) in enumerate(head) if kind in ("u32", "i32"))})
 
 

@@ -35,6 +35,7 @@ PARAMETERS = (
     ("mode", "", 1, 0, 1, 0),                      # 0 improved, 1 paper
     ("flags", "bits", 1, 0, 65535, 0x1FBF),         # improvements switched on: bit i is FLAGS[i]
     ("tick_ms", "ms", 1, 0, 100, 0),               # free run: a STEP waits for this grid of the core's clock; 0 lockstep
+    ("nvm_bytes", "B", 1, 0, 1048576, 0),          # non-volatile memory at the robot's end; 0: none, and nothing is kept
 )
 
 # Improvements over the paper, each with a switch of its own: (name, on by default, what it does).

@@ -1,10 +1,12 @@
 # The hash by which two ends know that they speak the same schema: the CRC-32
 # of the canonical text (ids, names, directions, types, order; units are not in
-# it, they change no byte on the wire). The core carries it in tables.py.
+# it, they change no byte on the wire) and of the parameters' names, which the
+# link carries as numbers. The core carries it in tables.py.
 
 import zlib
 
 from protocol import schema
+from protocol.parameters import PARAMETERS
 
 
 def canonical(messages=schema.MESSAGES):
@@ -21,9 +23,10 @@ def canonical(messages=schema.MESSAGES):
     return "\n".join(lines) + "\n"
 
 
-def schema_hash(messages=schema.MESSAGES):
+def schema_hash(messages=schema.MESSAGES, parameters=PARAMETERS):
     # The 32 bits; low and high half are what HELLO and WELCOME carry.
-    return zlib.crc32(canonical(messages).encode())
+    names = "".join("parameter %s\n" % row[0] for row in parameters)
+    return zlib.crc32((canonical(messages) + names).encode())
 
 
 def halves(messages=schema.MESSAGES):

@@ -19,14 +19,15 @@ FAILED = 14         # ended without a closed outline; STATUS_RSP.reason says why
 DONE = 15
 STUCK = 16
 LOST = 17           # set down elsewhere: UWB contradicts what dead reckoning says
+SAVE = 18           # what is mapped goes into the non-volatile memory
 
 NAMES = (
     "BOOT", "INIT", "FIND_WALL", "ALIGN", "FOLLOW", "CORNER_IN", "CORNER_OUT", "CLOSE_CHECK", "SELECT",
-    "GOTO", "FOLLOW_ISLAND", "SWEEP", "BUILD", "BUMP", "FAILED", "DONE", "STUCK", "LOST",
+    "GOTO", "FOLLOW_ISLAND", "SWEEP", "BUILD", "BUMP", "FAILED", "DONE", "STUCK", "LOST", "SAVE",
 )
 
-# STATUS_RSP.degraded, bit by bit: the store that ran full
-DEGRADED = ("vectors", "chains", "topology", "search")
+# STATUS_RSP.degraded, bit by bit: the store that ran full, the sensor that cannot be believed, the map that is not kept
+DEGRADED = ("vectors", "chains", "topology", "search", "encoder", "infrared", "ultrasonic", "uwb", "storage")
 
 # STATUS_RSP.reason
 REASON_NONE = 0

@@ -10,7 +10,8 @@ import time
 
 from protocol.messages import BY_NAME
 from sim_device.core_clock import CoreClock
-from sim_device.links.peer import DEAD_S, RESEND_S
+from sim_device.links.peer import DEAD_S, RESEND_S, RESET_S
+from sim_device.links.peer_errors import silent
 
 TICK_MS = 20
 TICK_S = TICK_MS / 1000
@@ -30,7 +31,7 @@ _BUMP = 12                  # in the values of STEP
 
 # join() first, then step(values) once a tick, at once after the robot has sensed: it sends STEP and
 # returns at the next T, as Peer.step does but for the speeds, which are those of the tick that has
-# passed. Where the answer is not there at T, the robot is driven on here with the speeds that it had.
+# passed. Where the answer is not there at T, the robot is driven on here with the speeds that it had; it stands while the core is reset.
 class FreeRun:
     def __init__(self, peer, robot):
         self.clock = CoreClock()
@@ -96,7 +97,7 @@ class FreeRun:
     def _answer(self, step, wire):
         """The answer, at the first T at which it is there. Gives up as Peer.step does."""
         peer, start_s = self._peer, time.monotonic()
-        sent_s, due_s = start_s, None
+        sent_s, lost_s, due_s = start_s, start_s, None
         while True:
             self._at_s = self._next_s(self._at_s)
             due_s = due_s or self._at_s
@@ -107,8 +108,11 @@ class FreeRun:
                     self.late_answer_ms = max(self.late_answer_ms, (came_s - due_s) * 1000)
                 return answer
             now_s = time.monotonic()
-            if now_s - start_s > DEAD_S:
-                raise peer.silent(step, DEAD_S)
+            if peer.resetting and now_s - start_s < RESET_S:
+                lost_s = now_s
+                self._speeds = (0, 0)
+            if now_s - lost_s > DEAD_S:
+                raise silent(peer.path, "STEP %d" % step, DEAD_S)
             if now_s - sent_s > RESEND_S:
                 sent_s = now_s
                 peer.resent += 1

@@ -4,8 +4,6 @@ import json
 import sys
 import time
 
-from protocol import states
-
 PLAIN_EVERY_S = 5.0
 _END = ("%(verdict)s: %(reason)s (%(state)s). %(robot_s).1f s of robot time, %(path_m).1f m, %(contacts)d contacts; "
         "%(steps)d steps in %(wall_s).1f s, %(real_time_factor)s times real time; %(frames)d frames, %(resent)d sent again")
@@ -47,12 +45,25 @@ class PlainReport:
         elif name == "start":
             self._say("the core has %d bytes of heap, %d used; the mission starts" % (
                 fields["hello"]["heap_bytes"], fields["hello"]["heap_used_bytes"]))
+            for sentence in fields["storage"]:
+                self._say(sentence)
+        elif name == "schema":
+            self._say(fields["text"])
+        elif name == "reset":
+            self._say(fields["text"] + ("" if fields["here"] else " Start the core anew."))
+        elif name == "restart":
+            self._say("the core has started anew at step %d, where the robot stands" % fields["step"])
         elif name == "end":
             said = {**fields, "verdict": "finished" if fields["finished"] else "not finished"}
             self._say(_END % said)
+            for item in fields["missed"]:
+                self._say("--faults %s never came: the mission was over before." % item)
+            if fields["incomplete"]:
+                self._say("sim_device: " + fields["incomplete"])
 
-    def error(self, sentence, code, **known):
-        self._say("sim_device: " + sentence)
+    def error(self, sentence, code, incomplete="", **known):
+        for said in filter(None, (sentence, incomplete)):
+            self._say("sim_device: " + said)
 
     def _progress(self, fields):
         now_s = time.monotonic()
@@ -60,7 +71,7 @@ class PlainReport:
             return
         self._next_s = now_s + PLAIN_EVERY_S
         counted = "  ".join("%s %d" % (key, fields[key]) for key in ("points", "vectors") if fields[key] is not None)
-        line = "robot %7.1f s  path %6.1f m  %-13s %s" % (fields["robot_s"], fields["path_m"], states.NAMES[fields["state"]], counted)
+        line = "robot %7.1f s  path %6.1f m  %-13s %s" % (fields["robot_s"], fields["path_m"], fields["state"], counted)
         if self._live:
             self._stream.write("\r\x1b[K" + line)
             self._stream.flush()

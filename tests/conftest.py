@@ -16,6 +16,39 @@ settings.register_profile("test", max_examples=60, **_COMMON)
 settings.register_profile("soak", max_examples=6000, **_COMMON)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "test"))
 
+_COUNTED = "counted"
+
+
+@pytest.fixture
+def record_count(request):
+    """record_count(campaign, amount, bad): what a campaign did and how much of it went wrong, for the table at the end."""
+    def record(campaign, amount, bad):
+        request.node.user_properties.append((_COUNTED, [campaign, amount, bad]))
+    return record
+
+
+def pytest_collection_modifyitems(config, items):
+    """--timeout=0, as in `make soak`, holds for the tests with a limit of their own, too."""
+    if config.getoption("timeout", None) == 0:
+        for item in items:
+            item.add_marker(pytest.mark.timeout(0), append=False)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """What the campaigns counted, in brackets what would have been bad."""
+    counted = {}
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if getattr(report, "when", "") == "call":  # with several workers, too: a report brings its counts along
+                for campaign, amount, bad in (value for name, value in report.user_properties if name == _COUNTED):
+                    sums = counted.setdefault(campaign, [0, 0])
+                    sums[0] += amount
+                    sums[1] += bad
+    if counted:
+        terminalreporter.section("campaigns")
+        for campaign, (amount, bad) in counted.items():
+            terminalreporter.write_line("%-66s %15s   bad: %d" % (campaign, "{:,}".format(amount), bad), red=bool(bad))
+
 
 @pytest.fixture(scope="session")
 def project():

@@ -2,7 +2,7 @@
 
 from array import array
 from ..fixed import polar, sine, cosine
-from ..storage.vector_store import BARRIER
+from ..storage.vector_store import BARRIER, CHAIN_END, SEARCHED
 from . import passage
 
 _GATE_MIN = const(110)       # map units of 5 mm: a doorway is 0.55 to 1.15 m wide
@@ -15,6 +15,11 @@ _STICK = const(6)            # 3 cm: a neighbour may reach that far past the gat
 _OFF = const(5)              # from both ends of a line of sight; and beside it nothing may be,
 _BESIDE = const(2)           # not even the same gate, found once more
 _CANDIDATES = const(128)     # three places each of what is shared
+# what costs as much as so many records of a trace (rings.work)
+_SHAPE = const(200)          # a record's shape; to ask whether neighbours pass a gate is twice as much
+_WALL_END_WORK = const(700)
+_CHOICE = const(450)         # of the shortest
+_COUNT = const(100)          # of the records between two
 
 
 class Gates:
@@ -46,17 +51,20 @@ class Gates:
         self._rings = rings
         self._scope = array("i", bytes(28))
         self._outline = 0
+        self._ring = -1       # that `total` is of: a barrier's chain, or this
         self._n = 0
 
     def begin(self, outline):
         self._outline = outline
         self.i = self.k = -1
+        self._ring = -2
         self._n = 0
 
     def step(self):
         # One record's shape, or one place near it. -> True when all are seen
         v = self._v
         self.open = False
+        self._rings.work -= _SHAPE
         if self.k < 0:
             self.i += 1
             if self.i == v.used:
@@ -106,6 +114,7 @@ class Gates:
         g = self._g
         s = g.shared
         n = -1
+        self._rings.work -= _CHOICE
         for q in range(self._n):
             if s[q] and (n < 0 or s[q] < s[n]):
                 n = q
@@ -119,9 +128,20 @@ class Gates:
         self._find(self.k + 1)
         return True
 
+    def stand(self, c):
+        # Its two records behind the map are chain c.
+        v = self._v
+        n = self.behind
+        v.firsts[c] = n
+        v.counts[c] = 2
+        v.kinds[c] = BARRIER | SEARCHED
+        v.flags[n] = 0
+        v.flags[n + 1] = CHAIN_END
+
     def wall_ends(self, i):
         # Whether record i is a corner at the end of a wall.
         rings = self._rings
+        rings.work -= _WALL_END_WORK
         for way in range(-1, 2, 2):
             turned = rings.turn(i)
             far = 0
@@ -148,8 +168,10 @@ class Gates:
         s[3] = _GATE_MAX
         self.open = False
         k = passage.narrow(v.xs, v.ys, rings.beside(self.k, -1), self.k, end, s)
+        rings.work -= (end if k < 0 else k) - self.k >> 2
         if k < 0:
             return False
+        rings.work -= 2 * _SHAPE
         self.k = k
         self.x = s[4]
         self.y = s[5]
@@ -163,7 +185,9 @@ class Gates:
             return True
         ox = ux * _OFF // self.width
         oy = uy * _OFF // self.width
-        if self._sight.met(s[0] + ox, s[1] + oy, ux - 2 * ox, uy - 2 * oy, _BESIDE, 1):
+        met = self._sight.met(s[0] + ox, s[1] + oy, ux - 2 * ox, uy - 2 * oy, _BESIDE, 1)
+        rings.looked(self._sight)
+        if met:
             return True
         self.open = True
         n = self.behind
@@ -173,7 +197,12 @@ class Gates:
         v.ys[n + 1] = self.y
         self.count = rings.count(i, rings.beside(k, -1) if self.foot else k)
         self.area = rings.enclosed(i, self.count, n + 1, self.x, self.y)
-        self.total = rings.enclosed(i, rings.count(i, rings.beside(i, -1)), i, 0, 0)
+        rings.work -= _COUNT
+        c = v.chain_of(i)
+        c = c if v.kinds[c] & BARRIER else -1
+        if c != self._ring:
+            self._ring = c
+            self.total = rings.enclosed(i, rings.count(i, rings.beside(i, -1)), i, 0, 0)
         return True
 
     def _passed(self, i, ux, uy):

@@ -22,7 +22,7 @@ _STALE_MM = const(1200)      # so far along what is known, and the rest is known
 _CHECK_MM = const(40)
 _KNOWN_MM = const(130)
 _FRESH_MIN = const(4)
-_SLICE = const(4)            # pieces of the map coded a tick
+_SLICE = const(2)            # pieces of the map coded a tick
 
 
 class Outline:

@@ -6,6 +6,7 @@ from ..limits import FLOOR_MAX
 
 FAR = 65536              # said of a place that is farther than FLOOR_MAX: it is taken for no farther
 _FULL = const(1 << 29)
+_BARRIER = const(1)      # storage/vector_store.py
 
 
 # Places in `scope` of narrow(), an array "i", in map units:
@@ -54,31 +55,35 @@ def narrow(xs, ys, j, k, end, scope):
 
 
 # Places in `scope` of trace():
-#   in       0, 1 a point
-#   in, out  2, 3 the place before, from the point   4 the area so far, in 200 mm2   5 borders crossed on the way out to the right | FAR
+#   in   0, 1 a point   2 record of the gate   3 first record of the range   4 how many   5 chains in the map
+#   out  0 the area, in 200 mm2   1 borders crossed on the way from the point out to the right | FAR
 
 
-def trace(xs, ys, k, end, scope):
-    # Goes along the records k .. end - 1.
+def trace(xs, ys, firsts, counts, kinds, scope):
+    # Goes round from the gate's record over those of the range, along their ring, back to the gate's.
     x = scope[0]
     y = scope[1]
-    ax = scope[2]
-    ay = scope[3]
-    area = scope[4]
-    while k < end:
+    k = scope[2]
+    i = scope[3]
+    left = scope[4] + 1
+    c = scope[5] - 1
+    while c > 0 and firsts[c] > i:
+        c -= 1
+    end = firsts[c] + counts[c]
+    ax = ay = area = crossed = 0
+    while left >= 0:
         bx = xs[k] - x
         by = ys[k] - y
-        k += 1
         if bx > FLOOR_MAX or bx < -FLOOR_MAX or by > FLOOR_MAX or by < -FLOOR_MAX:
-            scope[5] |= FAR
+            crossed |= FAR
             bx = max(-FLOOR_MAX, min(bx, FLOOR_MAX))
             by = max(-FLOOR_MAX, min(by, FLOOR_MAX))
         z = ax * by - ay * bx
         if ay > 0:
             if by <= 0 and z < 0:
-                scope[5] += 1
+                crossed += 1
         elif by > 0 and z > 0:
-            scope[5] += 1
+            crossed += 1
         area += z >> 4
         if area > _FULL:
             area = _FULL
@@ -86,6 +91,17 @@ def trace(xs, ys, k, end, scope):
             area = -_FULL
         ax = bx
         ay = by
-    scope[2] = ax
-    scope[3] = ay
-    scope[4] = area
+        left -= 1
+        k = scope[2]
+        if left > 0:
+            if i == end:
+                if not kinds[c] & _BARRIER:
+                    c += 1
+                    while c >= scope[5] or kinds[c] & _BARRIER or counts[c] == 0:
+                        c = c + 1 if c < scope[5] else 0
+                    end = firsts[c] + counts[c]
+                i = firsts[c]
+            k = i
+            i += 1
+    scope[0] = area
+    scope[1] = crossed

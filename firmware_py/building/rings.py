@@ -6,6 +6,8 @@ from ..storage.vector_store import BARRIER
 from . import passage
 
 _LONGEST = const(11000)      # polar() takes distances below 16384
+_TRACE = const(100)          # to begin a trace costs as much as so many of its records,
+_LOOK = const(290)           # a look this and a record a vector
 
 
 class Rings:
@@ -14,10 +16,10 @@ class Rings:
     def __init__(self, vectors):
         self.chains = 0
         self.chain = 0        # of the record that was asked for last; 0 whenever the map has changed
-        self.crossed = 0
         self.far = 0          # since it was set to 0: places too far from one another for areas to be true
         self._v = vectors
-        self._scope = array("i", bytes(24))
+        self.work = 0         # left of this tick's, in records of a trace: about 110 instructions each
+        self.scope = array("i", bytes(24))
 
     def beside(self, i, way):
         # The record after (1) or before (-1) record i of its ring.
@@ -77,22 +79,21 @@ class Rings:
         return polar(max(-_LONGEST, min(v.xs[k] - v.xs[i], _LONGEST)), max(-_LONGEST, min(v.ys[k] - v.ys[i], _LONGEST)))
 
     def enclosed(self, first, count, gate, x, y):
-        # The area, in 200 mm2, within the records from `first` on and the record `gate`; `crossed` is odd if (x, y) lies within.
+        # The area, in 200 mm2, within the records from `first` on and the record `gate`; scope[1] is odd if (x, y) lies within.
         v = self._v
-        s = self._scope
+        s = self.scope
         s[0] = x
         s[1] = y
-        passage.trace(v.xs, v.ys, gate, gate + 1, s)
-        s[4] = s[5] = 0
-        while count > 0:
-            self.beside(first, 1)
-            c = self.chain
-            n = min(count, v.firsts[c] + v.counts[c] - first)
-            passage.trace(v.xs, v.ys, first, first + n, s)
-            count -= n
-            if count:
-                first = self.beside(first + n - 1, 1)
-        passage.trace(v.xs, v.ys, gate, gate + 1, s)
-        self.crossed = s[5]
-        self.far |= s[5] & passage.FAR
-        return s[4]
+        s[2] = gate
+        s[3] = first
+        s[4] = count
+        s[5] = self.chains
+        passage.trace(v.xs, v.ys, v.firsts, v.counts, v.kinds, s)
+        self.work -= count + _TRACE
+        self.far |= s[1] & passage.FAR
+        return s[0]
+
+    def looked(self, sight):
+        # A look of this sight's costs as much as these records.
+        n = sight.scope[8]
+        self.work -= _LOOK + (n if n >= 0 else self._v.used)

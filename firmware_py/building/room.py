@@ -24,6 +24,8 @@ def fits(vectors, sight, rings, i, wide):
         t = far >> 1 if k == 0 else wide // 2 + 2 if k == 1 else far - wide // 2 - 2
         x = vectors.xs[i] + (t * c - 4 * s >> 15)
         y = vectors.ys[i] + (t * s + 4 * c >> 15)
-        if sight.met(x, y, -wide * s >> 15, wide * c >> 15, wide // 2, 1) == 0:
+        met = sight.met(x, y, -wide * s >> 15, wide * c >> 15, wide // 2, 1)
+        rings.looked(sight)
+        if met == 0:
             return True
     return False

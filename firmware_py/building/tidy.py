@@ -8,7 +8,7 @@ _BEYOND = const(32)      # and so far along it before the first or behind the se
 _POINT = const(4)        # neighbours nearer to one another have no line: then so far from them
 _FAR = const(8000)       # 40 m: what is longer is left as it is
 _LONG = const(200)
-_LOOKS = const(12)       # a tick; to drop one is as much work again
+_LOOKS = const(12)       # a tick; to drop one is as much work, and comes in the next
 _CORNERS = const(3)      # a chain keeps as many vertices
 
 
@@ -31,6 +31,8 @@ class Tidy:
                 c += 1
             n = v.counts[c]
             if n > _CORNERS and v.firsts[c] < i < v.firsts[c] + n - 1 and self._says_nothing(i):
+                if looks < _LOOKS - 1:
+                    break
                 v.sigmas[i - 1] = max(v.sigmas[i - 1], v.sigmas[i])
                 v.drop(i, i + 1)
                 looks = 0

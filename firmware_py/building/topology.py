@@ -2,7 +2,7 @@
 
 from ..fixed import isqrt, sine, cosine
 from ..limits import EDGES_MAX, NODES_MAX
-from ..storage.region_graph import ABOUT, COUNT, EDGES, FIRST, GATE_FIRST, PARENT
+from ..storage.region_graph import ABOUT, COUNT, FIRST, GATE_FIRST, PARENT
 
 _REFLEX = const(-4551)       # 25 degrees to the right
 _PUSH = const(60)            # map units of 5 mm: a node stands 0.3 m off its corner, in a narrow passage in the middle
@@ -11,7 +11,9 @@ _ROOM = const(26)            # half a square that must be free around it
 _FAR = const(32700)          # the border of the map
 _SPARE = const(12)           # nodes that those before walls leave to those that join
 _BEFORE = const(70)          # 0.35 m before a gate
-_WORK = const(4000)          # a tick; a look costs as much as 400 vectors, and the vectors
+_WORK = const(1550)          # a tick, of rings.work
+_TURN = const(190)           # a corner's shape costs as much,
+_NODE = const(7)             # a node that is joined already
 _WALL = const(100)           # 0.5 m: the place before a wall as long is to be seen by a node
 _DETOUR = const(10)          # eighths: an edge is spared where another way is no longer than that
 _PASSES = const(2)           # over the records: off the corners, off the walls; then off all corners if not all nodes are joined
@@ -21,6 +23,8 @@ _GATES = const(0)
 _CORNERS = const(1)
 _PAIRS = const(2)
 _DONE = const(3)
+_TO_ASK = const(1)           # whether the edge of a pair that sees each other is spared
+_TO_JOIN = const(2)
 
 
 class Topology:
@@ -55,43 +59,50 @@ class Topology:
         self._last = 0    # a node that it sees
         self._likely = 0  # one that was seen from the place before
         self._passes = 0
+        self._due = 0     # nodes that it is to be joined with, + 1, 8 bits each; of a pair, the above: in a tick of their own
 
     def begin(self, margin):
         self.margin = margin
         self._phase = _GATES if self._g.region_count else _DONE
-        self._i = self._likely = self._parts = 0
+        self._i = self._likely = self._parts = self._due = self._passes = 0
         self._n = -1
-        self._passes = 0
 
     def step(self):
         # -> True when the work is done
         g = self._g
         if g.ready:
             return True
-        n = _WORK // (self._v.used + 400)
-        while n > 0 and self._phase < _DONE:
-            n -= 1
-            edges = g.edge_count
+        if self._due:
+            self._settle()
+            return False
+        self._rings.work = _WORK
+        while self._rings.work > 0 and self._phase < _DONE and not self._due:
             if self._phase == _PAIRS:
-                if self._pair():
-                    n = 0
+                self._pair()
             elif self._n < 0:
                 self._next_place()
-                if self._n >= 0:
-                    n -= 2  # it looked for room
             else:
                 self._look()
-            if g.edge_count > edges:
-                n = 0  # to place an edge is as much work as all that
-        if self._phase < _DONE:
+        if self._phase < _DONE or self._due:
             return False
         g.ready = True
         self._v.generation = (self._v.generation + 1) & 0xFFFF
         return True
 
+    def _settle(self):
+        if self._phase < _PAIRS:
+            self._join((self._due & 255) - 1)
+            self._due >>= 8
+        elif self._due == _TO_ASK:
+            self._due = 0 if self._spared(self._i, self._n - 1) else _TO_JOIN
+        else:
+            self._due = 0
+            self._link(self._i, self._n - 1)
+
     def _next_place(self):
         # The next place that may become a node.
         g = self._g
+        self._rings.work -= _TURN
         self._i += 1
         self._sees = 0
         self._last = -1
@@ -136,12 +147,15 @@ class Topology:
         c = cosine(bearing + 16384 & 0xFFFF)
         s = sine(bearing + 16384 & 0xFFFF)
         self._sight.met(x + (c >> 13), y + (s >> 13), c >> 8, s >> 8, 0, 0)
+        self._rings.looked(self._sight)
         far = min(_PUSH, self._sight.scope[7] + 4 >> 1)
         self._x = x + (far * c + 16384 >> 15)
         self._y = y + (far * s + 16384 >> 15)
         if not (-_FAR <= self._x <= _FAR and -_FAR <= self._y <= _FAR):
             return False
-        return far >= _NEAR and self._sight.met(self._x - _ROOM, self._y, 2 * _ROOM, 0, _ROOM, 1) == 0
+        met = far < _NEAR or self._sight.met(self._x - _ROOM, self._y, 2 * _ROOM, 0, _ROOM, 1)
+        self._rings.looked(self._sight)
+        return not met
 
     def _look(self):
         # From there at one node that it is not joined with yet.
@@ -157,6 +171,7 @@ class Topology:
             if labels[n] != known:
                 break
             k += 1
+        self._rings.work -= _NODE * (k + 1 - self._n) + _NODE
         self._n = k + 1
         if k >= g.node_count:
             if self._sees == 0 and self._new < 0 and self._passes < 2:
@@ -167,7 +182,7 @@ class Topology:
             self._sees += 1
             self._likely = n
             if self._new >= 0:
-                self._join(n)
+                self._due = n + 1
             elif self._last < 0:
                 self._last = n
                 if self._passes > 1:
@@ -177,13 +192,14 @@ class Topology:
                 if self._new < 0:
                     self._n = -1
                     return
-                self._join(self._last)
-                self._join(n)
+                self._due = n + 1 << 8 | self._last + 1
         elif self._passes == 1 and self.aside(n, self._x, self._y) and self._is_free(self.aside_x, self.aside_y):
             self._sees += 1
 
     def _is_free(self, x, y):
-        return self._sight.free(self._x, self._y, x, y, self.margin)
+        free = self._sight.free(self._x, self._y, x, y, self.margin)
+        self._rings.looked(self._sight)
+        return free
 
     def aside(self, n, x, y):
         # -> whether node n is a gate's; the point before it on the side of (x, y)
@@ -231,7 +247,7 @@ class Topology:
                 self._labels[k] = label
 
     def _pair(self):
-        # An edge between two nodes that see each other. -> whether they do
+        # An edge between two nodes that see each other.
         g = self._g
         a = self._i
         b = self._n
@@ -240,13 +256,12 @@ class Topology:
             self._n = a + 2
             if a + 2 >= g.node_count or g.edge_count == EDGES_MAX:
                 self._phase = _DONE
-            return False
+            return
         self._n = b + 1
-        if self._sight.free(g.at(2 * a), g.at(2 * a + 1), g.at(2 * b), g.at(2 * b + 1), self.margin):
-            if not self._spared(a, b):
-                self._link(a, b)
-            return True
-        return False
+        self._x = g.at(2 * a)
+        self._y = g.at(2 * a + 1)
+        if self._is_free(g.at(2 * b), g.at(2 * b + 1)):
+            self._due = _TO_ASK
 
     def _spared(self, a, b):
         # Whether over a node that both are joined with it is hardly farther.
@@ -268,22 +283,11 @@ class Topology:
         return isqrt(dx * dx + dy * dy)
 
     def _link(self, a, b):
-        # An edge at node a, the lower one, if there is none; the others make room.
+        # An edge of nodes a and b, if there is none. -> whether there is one now
         g = self._g
-        s = g.shared
         if g.edge(a, b) >= 0:
             return True
         if g.edge_count == EDGES_MAX:
             return False
-        first = s[ABOUT + a] & 255
-        behind = EDGES + first + (s[ABOUT + a] >> 8)  # node a's edges, those to lower nodes first
-        k = EDGES + g.edge_count
-        while k > behind or k > EDGES + first and s[k - 1] & 255 > b:
-            s[k] = s[k - 1]
-            k -= 1
-        g.edge_count += 1
-        s[ABOUT + a] += 256
-        for n in range(a + 1, g.node_count):
-            s[ABOUT + n] += 1
-        s[k] = b | self._partition.region_of(g.at(2 * a) + g.at(2 * b) >> 1, g.at(2 * a + 1) + g.at(2 * b + 1) >> 1) << 8
+        g.join(a, b, self._partition.region_of(g.at(2 * a) + g.at(2 * b) >> 1, g.at(2 * a + 1) + g.at(2 * b + 1) >> 1))
         return True

@@ -7,6 +7,7 @@ from .ir_state import TURN_LEFT, TURN_RIGHT, FREE, ENCLOSED_TURN
 from .motion import Motion
 from .states import INIT, FIND_WALL, ALIGN, FOLLOW, CORNER_IN, CORNER_OUT, CLOSE_CHECK, SELECT, GOTO, SWEEP, BUILD, BUMP, FAILED, STUCK
 from .traveller import Traveller, AT_WALL, LOST
+from .wall_end import WallEnd
 
 _WINDOW_FOLLOW = const(3641)    # the reference lies from -200 to +20 degrees ...
 _WINDOW_ALIGN = const(29100)    # ... but any wall will do to align with
@@ -14,8 +15,7 @@ _ALIGNED_BAM = const(2731)      # 15 degrees
 _FRONT_MM = const(50)           # free way left when FIND_WALL calls it a wall
 _SPIRAL_MM = const(20000)       # straight that far without a wall: spiral
 _SPIRAL = const(73)             # 73 sqrt(256 s / mm) BAM = sqrt(4 pi s / m) rad: one metre wider each turn
-_ARC_BAM = const(72818)         # 400 degrees of arc without a wall
-_POCKET_BAM = const(72818)     # 400 degrees to the left
+_ARC_BAM = const(72818)         # 400 degrees: of arc without a wall, or to the left inside a pocket
 _CLOSE_MM = const(8)
 _BOXED_TICKS = const(400)       # 8 s
 _WATCH_TICKS = const(150)       # 3 s: less than 4 cm in that time is dithering before a gap
@@ -42,6 +42,7 @@ class Explorer:
         self.motion = Motion()
         self.bumper = Bumper(odometry, hits, follower, self.motion)
         self.traveller = Traveller()
+        self._wall_end = WallEnd()
         self._here = here
         self.stuck = 0
         self.walls_tried = 0
@@ -79,8 +80,7 @@ class Explorer:
         self.started = False
         self.abandoned = False
         if tick & 1:
-            f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam,
-                   _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
+            f.look(o.x_um // 1000, o.y_um // 1000, o.heading_bam, _WINDOW_FOLLOW if self.mapping else _WINDOW_ALIGN)
             self._looked_turn = o.turn_bam
         self._infrared.erase(tick & 7, f, tick)
         if state >= BUILD and state != BUMP and state != STUCK:
@@ -101,6 +101,8 @@ class Explorer:
                 self.state = FIND_WALL
         elif state == SELECT:
             self.motion.stop()
+            self._watch_tick = tick  # who stands and plans is not held up
+            self._watch_mm = o.path_mm
         elif GOTO <= state <= SWEEP:
             self._travel(tick, ultrasonic_mm)
         else:
@@ -186,7 +188,7 @@ class Explorer:
         o = self._odometry
         f.disc_mm = self._disc_mm + self.bumper.keep_off_mm()
         f.tight_mm = f.body_mm + 4
-        if self.state >= GOTO and o.turn_bam - self._leg_turn > _POCKET_BAM:
+        if self.state >= GOTO and o.turn_bam - self._leg_turn > _ARC_BAM:
             f.disc_mm = f.body_mm + _CLOSE_MM  # round the inside of a pocket: out by the gap that let it in
         if self._watch(tick):
             return
@@ -204,7 +206,6 @@ class Explorer:
             self.motion.stop()
             self._boxed += 2
             if self._boxed > _BOXED_TICKS:
-                self._hits.clear()
                 self._boxed = 0
                 self._got_stuck()
             return
@@ -224,7 +225,7 @@ class Explorer:
                 self.leave()
             return
         self.arcing = False
-        self._course_turn = self._looked_turn + heading
+        self._course_turn = self._wall_end.limit(o, f, self._looked_turn, self._looked_turn + heading)
         heading = self._course_turn - o.turn_bam
         self.motion.head(heading, f.gap_mm, ultrasonic_mm)
         if self.mapping:
@@ -242,7 +243,6 @@ class Explorer:
         if o.path_mm - self._watch_mm < _WATCH_MM and not self._boxed:
             if o.path_mm < self._wary_to_mm:
                 stuck = True
-                self._hits.clear()
                 self._got_stuck()
             self.be_wary(_WARY_PATH_MM)
         self._watch_tick = tick
@@ -282,13 +282,13 @@ class Explorer:
             self.state = ALIGN
         said = self.bumper.touch(tick, bump)
         if said == OFTEN:
-            self._hits.clear()
             self._got_stuck()
         elif said != KNOWN:
             self._resume = self.state
             self.state = BUMP
 
     def _got_stuck(self):
+        self._hits.clear()
         self.stuck += 1
         if self.stuck > _STUCK_MAX:
             self.end(FAILED)

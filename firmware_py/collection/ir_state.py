@@ -45,11 +45,13 @@ class IrState:
         self.state = 0
         self.action = FREE
         self.sides = 0
+        self.threshold_mm = 160
         self._pending = 0
         self._ticks = 0
 
-    def update(self, ranges_mm, threshold_mm):
+    def update(self, ranges_mm):
         state = 0
+        threshold_mm = self.threshold_mm
         for mm in ranges_mm:
             state <<= 1
             if mm < threshold_mm:

@@ -49,7 +49,7 @@ class Localization:
         self._two = TwoFixes()
         self._ekf = Ekf()
         self._filtered = 0
-        self._due = 0           # which piece of the filter's work is next
+        self.due = 0            # which piece of the filter's work is next: 1, the fix
         self._was_x = 0         # where it has last moved on
         self._was_y = 0
         self._was_turn = 0
@@ -79,7 +79,7 @@ class Localization:
         # Carried elsewhere, where the odometry has begun anew, known to these variances.
         self._ekf.restart(place, askew)
         self._manhattan.waiting = False
-        self._due = 0
+        self.due = 0
         self._misled = 0
         self._begin()
 
@@ -113,7 +113,7 @@ class Localization:
     def _filter(self):
         # One piece of the filter's work a tick: first what dead reckoning did, then what was measured.
         o = self._odometry
-        if self._due == 0:
+        if self.due == 0:
             way = o.path_mm - self._was_path
             turn = o.turn_bam - self._was_turn
             if way < _WAY_MM and -_TURN_BAM < turn < _TURN_BAM and (way < 10 or self._uwb.reports < _REPORTS):
@@ -124,14 +124,14 @@ class Localization:
             self._was_path = o.path_mm
             self._was_turn = o.turn_bam
             if not self._uwb.static:
-                self._due = 1
+                self.due = 1
             elif self._manhattan.waiting:
-                self._due = 2
-        elif self._due == 1:
-            self._due = 2 if self._manhattan.waiting else 0
+                self.due = 2
+        elif self.due == 1:
+            self.due = 2 if self._manhattan.waiting else 0
             self._position()
         else:
-            self._due = 0
+            self.due = 0
             self._align()
 
     def _position(self):

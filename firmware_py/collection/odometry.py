@@ -57,6 +57,10 @@ class Odometry:
         self._drift_q13 = self._um_q12 // 1000 * drift // 4000
         self._bam_q13 = self._told_q13 + self._told_q13 // 64 * track // 1024
 
+    def way_um(self, pulses):
+        # Of one wheel, in as many as 2**15 pulses, to 16 of them.
+        return (pulses >> 4) * (self._um_q12 >> 8)
+
     def update(self, left, right):
         most = self._pulses_max
         if left > most or left < -most or right > most or right < -most:

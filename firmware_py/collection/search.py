@@ -37,7 +37,7 @@ class Search:
 
     def __init__(self, vectors, sight, barriers, way, shared):
         self.barriers = barriers
-        self._seen = shared
+        self.seen = shared
         self.x_mm = 0
         self.y_mm = 0
         self.sweep = True
@@ -47,25 +47,26 @@ class Search:
         self._way = way
         self._planning = False
         self._on_way = False
-        self._cell_mm = 0       # 0: not begun
-        self._left_mm = 0
-        self._low_mm = 0
-        self._columns = 0
-        self._rows = 0
+        self.cell_mm = 0       # 0: not begun
+        self.left_mm = 0
+        self.low_mm = 0
+        self.columns = 0
+        self.rows = 0
         self._target = -1       # barrier or cell that the robot goes to
         self._ring = 0          # how far _place() has searched around the robot
         self._at = 0
         self._best = -1         # cell, what it costs, and the ring after which no more are looked at
         self._least = 0
         self._last_ring = 0
-        self._visits = 0
+        self.visits = 0
+        self._listed = 0        # barrier that _forget() looks at next
 
     def select(self, explorer, here):
         # -> True when nothing is left
         w = self._way
         if not w.build():
             return False
-        if self._cell_mm == 0:
+        if self.cell_mm == 0:
             self.begin()
         if self._planning:
             said = w.step()
@@ -118,33 +119,43 @@ class Search:
         cell = _CELL_MM
         while (5 * (x1 - x0) // cell + 1) * (5 * (y1 - y0) // cell + 1) > CELLS_MAX:
             cell += 10
-        self._cell_mm = cell
-        self._left_mm = 5 * x0
-        self._low_mm = 5 * y0
-        self._columns = 5 * (x1 - x0) // cell + 1
-        self._rows = 5 * (y1 - y0) // cell + 1
+        self.cell_mm = cell
+        self.left_mm = 5 * x0
+        self.low_mm = 5 * y0
+        self.columns = 5 * (x1 - x0) // cell + 1
+        self.rows = 5 * (y1 - y0) // cell + 1
 
     def note(self, x_mm, y_mm, explorer):
         # A hit that may be of something unknown: who is only on his way to a place looks at it first.
         if self._known(x_mm, y_mm, _KNOWN_MM) or not self._sight.inside(x_mm, y_mm):
             return
+        if explorer.mapping:
+            self._forget()
         if self.barriers.add(x_mm // 5, y_mm // 5) and self.kind == PLACE and not explorer.mapping:
             self.kind = WAIT
             explorer.halt()
 
+    def _forget(self):
+        # Who follows a barrier sees it far ahead, place by place: one of the list a call that is on the map by now makes room. Dropped, not
+        # searched: should the barrier be given up, it is seen anew.
+        b = self.barriers
+        i = self._listed = self._listed + 1 if self._listed + 1 < b.used else 0
+        if i < b.used and i != b.going and b.marks[i] == 0 and self._known(b.xs[i] * 5, b.ys[i] * 5, _KNOWN_MM - 30):
+            b.drop(i)
+
     def passing(self, here):
         # The cell that the robot is in, and from its middle the two beside its course: the next lane sees their other half.
-        cell = self._cell_mm
-        i = (here.x_mm - self._left_mm) // cell
-        j = (here.y_mm - self._low_mm) // cell
+        cell = self.cell_mm
+        i = (here.x_mm - self.left_mm) // cell
+        j = (here.y_mm - self.low_mm) // cell
         self._mark(i, j)
         if (here.heading_bam + 8192) & 0x4000:  # nearer to the y axis
-            off = here.x_mm - self._left_mm - i * cell - cell // 2
+            off = here.x_mm - self.left_mm - i * cell - cell // 2
             if -_OFF_MM < off < _OFF_MM:
                 self._mark(i + 1, j)
                 self._mark(i - 1, j)
         else:
-            off = here.y_mm - self._low_mm - j * cell - cell // 2
+            off = here.y_mm - self.low_mm - j * cell - cell // 2
             if -_OFF_MM < off < _OFF_MM:
                 self._mark(i, j + 1)
                 self._mark(i, j - 1)
@@ -153,13 +164,13 @@ class Search:
         # -> WAIT, BARRIER, PLACE or NOTHING
         b = self.barriers
         i = b.nearest(x_mm // 5, y_mm // 5)
-        if i >= 0 and self._visits < _VISITS_MAX:
+        if i >= 0 and self.visits < _VISITS_MAX:
             self.x_mm = b.xs[i] * 5
             self.y_mm = b.ys[i] * 5
             if self._known(self.x_mm, self.y_mm, _KNOWN_MM - 30):
                 b.marks[i] = 2  # on the map by now
                 return WAIT
-            self._visits += 1
+            self.visits += 1
             b.going = i
             return self._go(BARRIER, i)
         if not self.sweep:
@@ -169,9 +180,9 @@ class Search:
     def _place(self, x_mm, y_mm, heading_bam):
         # The unseen free cells, ring by ring around the robot; of the first ring that has any, and the next, the one that
         # costs least: near, ahead, and beside what is seen, so that no strip is left.
-        cell = self._cell_mm
-        column = (x_mm - self._left_mm) // cell
-        row = (y_mm - self._low_mm) // cell
+        cell = self.cell_mm
+        column = (x_mm - self.left_mm) // cell
+        row = (y_mm - self.low_mm) // cell
         tests = _TESTS
         looks = _LOOKS
         while looks and tests:
@@ -182,10 +193,10 @@ class Search:
                 self._ring = r + 1
                 self._at = 0
                 if self._best >= 0 and r > self._last_ring:
-                    self.x_mm = self._left_mm + self._best % self._columns * cell + cell // 2
-                    self.y_mm = self._low_mm + self._best // self._columns * cell + cell // 2
+                    self.x_mm = self.left_mm + self._best % self.columns * cell + cell // 2
+                    self.y_mm = self.low_mm + self._best // self.columns * cell + cell // 2
                     return self._go(PLACE, self._best)
-                if r > self._columns and r > self._rows:
+                if r > self.columns and r > self.rows:
                     return NOTHING
                 continue
             self._at = n + 1
@@ -196,8 +207,8 @@ class Search:
             if self._is_seen(i, j):
                 continue
             tests -= 1
-            x = self._left_mm + i * cell + cell // 2
-            y = self._low_mm + j * cell + cell // 2
+            x = self.left_mm + i * cell + cell // 2
+            y = self.low_mm + j * cell + cell // 2
             if not self._sight.inside(x, y) or self._known(x, y, _NEAR_MM):
                 self._mark(i, j)
                 continue
@@ -205,7 +216,7 @@ class Search:
             if self._best < 0 or cost < self._least:
                 if self._best < 0:
                     self._last_ring = r
-                self._best = j * self._columns + i
+                self._best = j * self.columns + i
                 self._least = cost
         return WAIT
 
@@ -223,7 +234,7 @@ class Search:
     def complete(self):
         # Whether nothing was left out for want of room.
         b = self.barriers
-        return self._cell_mm < _COARSE_MM and b.lost == 0 and b.nearest(0, 0) < 0
+        return self.cell_mm < _COARSE_MM and b.lost == 0 and b.nearest(0, 0) < 0
 
     def finish(self, good):
         # The target is reached and dealt with, or cannot be reached.
@@ -254,14 +265,14 @@ class Search:
         return kind
 
     def _is_seen(self, i, j):
-        if 0 <= i < self._columns and 0 <= j < self._rows:
-            n = j * self._columns + i
-            return self._seen[2 * CORNERS_MAX + (n >> 4)] >> (n & 15) & 1
+        if 0 <= i < self.columns and 0 <= j < self.rows:
+            n = j * self.columns + i
+            return self.seen[2 * CORNERS_MAX + (n >> 4)] >> (n & 15) & 1
         return 1
 
     def _mark(self, i, j):
-        if 0 <= i < self._columns and 0 <= j < self._rows:
-            self._see(j * self._columns + i)
+        if 0 <= i < self.columns and 0 <= j < self.rows:
+            self._see(j * self.columns + i)
 
     def _see(self, n):
-        self._seen[2 * CORNERS_MAX + (n >> 4)] |= 1 << (n & 15)
+        self.seen[2 * CORNERS_MAX + (n >> 4)] |= 1 << (n & 15)

@@ -6,10 +6,11 @@
 
 import micropython
 
-from ..building import passage, sight
+from ..building import frontier, passage, sight
 from ..collection import infrared, rolling, uwb
 from ..collection.infrared_curve import RANGE_MM8
-from . import sight_viper
+from ..storage import vector_store
+from . import frontier_viper, sight_viper
 from ..tables import ATAN_BAM, HYPOT_Q16, POWER2_Q16, SINE_Q15
 
 
@@ -22,6 +23,10 @@ def accelerate():
     sight.look = sight_viper.look
     passage.narrow = sight_viper.narrow
     passage.trace = sight_viper.trace
+    vector_store.move_down = sight_viper.move_down
+    frontier.choose = frontier_viper.choose
+    frontier.offer = frontier_viper.offer
+    frontier.next_best = frontier_viper.next_best
 
 
 @micropython.viper

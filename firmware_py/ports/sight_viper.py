@@ -1,4 +1,5 @@
-# The loops of building/sight.py and building/passage.py as machine code, the same to the last bit (tests/upy/sight_same.py).
+# The loops over the map, of building/sight.py, building/passage.py and storage/vector_store.py, as machine code, the same to the
+# last bit (tests/upy/sight_same.py).
 
 # ruff: noqa: F821  (ptr8, ptr16, ptr32 are viper's)
 
@@ -116,36 +117,65 @@ def narrow(xs: ptr16, ys: ptr16, j: int, k: int, end: int, s: ptr32) -> int:
 
 
 @micropython.viper
-def trace(xs: ptr16, ys: ptr16, k: int, end: int, s: ptr32):
+def trace(xs: ptr16, ys: ptr16, firsts: ptr16, counts: ptr8, kinds: ptr8, s: ptr32):
     sign = 1
     sign = sign << 31
-    x = (s[0] ^ sign) - sign
-    y = (s[1] ^ sign) - sign
-    ax = (s[2] ^ sign) - sign
-    ay = (s[3] ^ sign) - sign
-    area = (s[4] ^ sign) - sign
+    x = ((s[0] ^ sign) - sign) + 32768
+    y = ((s[1] ^ sign) - sign) + 32768
+    gate = k = s[2]
+    i = s[3]
+    left = s[4] + 1
+    chains = s[5]
+    c = chains - 1
+    while c > 0 and firsts[c] > i:
+        c -= 1
+    end = firsts[c] + counts[c]
+    ax = 0
+    ay = 0
+    area = 0
+    crossed = 0
     limit = 1 << 29
-    while k < end:
-        bx = (xs[k] ^ 32768) - 32768 - x
-        by = (ys[k] ^ 32768) - 32768 - y
-        k += 1
-        if bx > 16383 or bx < -16383 or by > 16383 or by < -16383:
-            s[5] = s[5] | 65536
-            bx = 16383 if bx > 16383 else bx if bx > -16383 else -16383
-            by = 16383 if by > 16383 else by if by > -16383 else -16383
+    while left >= 0:
+        bx = (xs[k] ^ 32768) - x
+        by = (ys[k] ^ 32768) - y
+        if (bx + 8192 | by + 8192) >> 14:  # one comparison for most
+            if bx > 16383 or bx < -16383 or by > 16383 or by < -16383:
+                crossed |= 65536
+                bx = 16383 if bx > 16383 else bx if bx > -16383 else -16383
+                by = 16383 if by > 16383 else by if by > -16383 else -16383
         z = ax * by - ay * bx
         if ay > 0:
             if by <= 0 and z < 0:
-                s[5] = s[5] + 1
+                crossed += 1
         elif by > 0 and z > 0:
-            s[5] = s[5] + 1
+            crossed += 1
         area += z >> 4
-        if area > limit:
-            area = limit
-        elif area < 0 - limit:
-            area = 0 - limit
+        if (area + limit) >> 30:
+            area = limit if area > 0 else 0 - limit
         ax = bx
         ay = by
-    s[2] = ax
-    s[3] = ay
-    s[4] = area
+        left -= 1
+        k = gate
+        if left > 0:
+            if i == end:
+                if kinds[c] & 1 == 0:
+                    c += 1
+                    while c >= chains or kinds[c] & 1 or counts[c] == 0:
+                        c = c + 1 if c < chains else 0
+                    end = firsts[c] + counts[c]
+                i = firsts[c]
+            k = i
+            i += 1
+    s[0] = area
+    s[1] = crossed
+
+
+@micropython.viper
+def move_down(xs: ptr16, ys: ptr16, sigmas: ptr8, flags: ptr8, begin: int, i: int, end: int):
+    while i < end:
+        xs[begin] = xs[i]
+        ys[begin] = ys[i]
+        sigmas[begin] = sigmas[i]
+        flags[begin] = flags[i]
+        begin += 1
+        i += 1

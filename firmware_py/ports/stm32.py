@@ -15,14 +15,14 @@ _READ_WRITE_BINARY = 3
 _COUNTS_MS = 120000     # of SysTick, at 120 MHz
 _WRAP_MS = 100
 _WRAP = _COUNTS_MS * _WRAP_MS
-_FINE = 9600            # counts, which are 10,000 instructions of QEMU's at 8 ns
+_FINE = 11520           # counts, which are 12,000 instructions of QEMU's at 8 ns
 _FINE_BINS = 40
 _COARSE = 240000
 _BINS = 48              # the last one holds all above
 
 
 class Port:
-    # As unix.Port. read() returns at the end of a frame, or every 100 ms; over semihosting, where the emulator
+    # As unix.Port. read() returns at the end of a frame (`end_byte`), or every 100 ms; over semihosting, where the emulator
     # stands still meanwhile, only when something has come: the time limits there are the host's business.
     # begin_tick() and end_tick() stand around a step: tick_bins tells how many steps took how many counts, in bins of
     # _FINE, then of _COARSE; tick_largest the counts of the longest. Interrupts stay masked: the part's vector table
@@ -35,6 +35,7 @@ class Port:
         self.heap_boot_bytes = 0
         self.locked = 0
         self.blocks = 0     # whether read() may wait for ever
+        self.end_byte = 0
         self._handle = 0
         self._buf = None
         self._wraps = 0
@@ -76,7 +77,7 @@ class Port:
             left = registers.semihost(_READ, self._handle, buf, len(buf))
             self._wraps += registers.clock_wrapped()
             return len(buf) - left if 0 <= left < len(buf) else -1
-        size = registers.usart_receive(buf, len(buf), self._last)
+        size = registers.usart_receive(buf, len(buf), self._last, self.end_byte)
         if size:
             self._last = buf[size - 1]
         wrapped = registers.clock_wrapped()

@@ -81,12 +81,12 @@ def usart_open():
     enable[0] = _USART2_BIT
 
 
-# Bytes until a frame ends (a 0 behind something), the buffer is full, or the clock has wrapped. `last` is the byte
+# Bytes until a frame ends (`end` behind something else), the buffer is full, or the clock has wrapped. `last` is the byte
 # received before: a frame whose end comes after a wrap ends as every other, and is not waited upon for one more.
 # The receive register holds one byte: the flag is looked at before sleeping, and a byte that comes
 # between the two is pending already, so that none is slept over.
 @micropython.viper
-def usart_receive(buf, size: int, last: int) -> int:
+def usart_receive(buf, size: int, last: int, end: int) -> int:
     into = ptr8(buf)
     usart = ptr32(_USART2 << 2)
     clear = ptr32(_NVIC_CLEAR_1 << 2)
@@ -98,7 +98,7 @@ def usart_receive(buf, size: int, last: int) -> int:
             byte = usart[1] & 255
             into[n] = byte
             n += 1
-            if byte == 0 and last != 0:
+            if byte == end and last != end:
                 return n
             last = byte
         elif icsr[0] & _PENDING:

@@ -38,25 +38,28 @@ class BarrierList:
                 spare = i
         if not -32768 <= x <= 32767 or not -32768 <= y <= 32767:
             return False
+        if self.used == BARRIERS_MAX:
+            if spare < 0:
+                self.lost = self.lost + 1 & 0xFFFF
+                return False
+            self.drop(spare)
         i = self.used
-        if i < BARRIERS_MAX:
-            self.used = i + 1
-        elif spare >= 0:
-            if spare < self.going:
-                self.going -= 1
-            while spare < i - 1:  # the order is that of finding
-                self.xs[spare] = self.xs[spare + 1]
-                self.ys[spare] = self.ys[spare + 1]
-                self.marks[spare] = self.marks[spare + 1]
-                spare += 1
-            i -= 1
-        else:
-            self.lost = self.lost + 1 & 0xFFFF
-            return False
+        self.used = i + 1
         self.xs[i] = x
         self.ys[i] = y
         self.marks[i] = UNSEARCHED
         return True
+
+    def drop(self, i):
+        # The others keep their order, that of finding.
+        if i < self.going:
+            self.going -= 1
+        self.used -= 1
+        while i < self.used:
+            self.xs[i] = self.xs[i + 1]
+            self.ys[i] = self.ys[i + 1]
+            self.marks[i] = self.marks[i + 1]
+            i += 1
 
     def nearest(self, x, y):
         # -> the nearest unsearched one, -1: none is left

@@ -7,14 +7,17 @@ from protocol.map_code import HEADER_BYTES, MAGIC, MODEL_PLACES, MapCode, STEP_B
 from protocol.range_code import AT
 from ..limits import CRUMBS_MAX, REGIONS_MAX
 
+_MUCH = const(3)     # bytes that are work enough for a step
+
 assert CRUMBS_MAX >= MODEL_PLACES and 6 * REGIONS_MAX >= MODEL_PLACES
 
 
 class MapImage:
     # A header, the map as protocol/map_code.py codes it, and the CRC-32 of all before; regions, nodes and edges once they are ready.
-    # begin() takes stock; step(n) codes n pieces -> whole; once it is, size, generation and crc (low, high half) belong to what stood
-    # in the store at begin(). byte(i) makes any byte of it: in order is fast, for one that came long before it begins again. No copy
-    # of the map is kept. The model takes a place that nobody needs: before there are regions, theirs; then the breadcrumbs'.
+    # begin() takes stock; step(n) codes n pieces, fewer where they are large -> whole; once it is, size, generation and crc (low, high
+    # half) belong to what stood in the store at begin(). byte(i) makes any byte of it: in order is fast, for one that came long before
+    # it begins again. No copy of the map is kept. The model takes a place that nobody needs: before there are regions, theirs; then
+    # the breadcrumbs'.
     # Allocates in __init__ only.
 
     def __init__(self, store, graph, crumbs):
@@ -46,6 +49,7 @@ class MapImage:
 
     def step(self, count):
         s = self._code.s
+        much = s[AT] + _MUCH
         while count and not self.whole:
             count -= 1
             at = s[AT]
@@ -53,6 +57,8 @@ class MapImage:
             while at < s[AT]:
                 self._sum(self._last[at % STEP_BYTES_MAX])
                 at += 1
+            if at > much:
+                count = 0
             if self.whole:
                 self.crc[0] ^= 65535
                 self.crc[1] ^= 65535

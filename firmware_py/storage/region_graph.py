@@ -25,7 +25,8 @@ class RegionGraph:
     #          edges: the other node | region << 8 at EDGES + k: 2 B. An edge stands once, at the node of the lower number, its cost
     #          is its length.
     # Before there are nodes, `shared` holds what exploring needs (limits.py), then the candidates for gates; until settle_floors(), a
-    # region's LEARNED has the upper bits of its area, so that what is larger than AREA_MAX may still be cut.
+    # region's LEARNED has the upper bits of its area, so that what is larger than AREA_MAX may still be cut, and LINES whether it lies
+    # in what the gate that is tried would cut off.
     # Full: what comes is refused and counted in `lost`, as is an area that cannot be told. Allocates in __init__ only.
 
     def __init__(self):
@@ -52,6 +53,11 @@ class RegionGraph:
         self.regions[6 * r + AREA] = area & 0xFFFF
         self.regions[6 * r + LEARNED] = area >> 16
 
+    def add_line(self, r, long):
+        n = 1 if long else 256
+        if self.regions[6 * r + LINES] // n & 255 < 255:
+            self.regions[6 * r + LINES] += n
+
     def settle_floors(self, doubtful):
         lost = 1 if doubtful else 0
         for r in range(self.region_count):
@@ -75,3 +81,18 @@ class RegionGraph:
                 return k
             k += 1
         return -1
+
+    def join(self, a, b, region):
+        # A new edge at node a, the lower one; the others make room.
+        s = self.shared
+        first = s[ABOUT + a] & 255
+        behind = EDGES + first + (s[ABOUT + a] >> 8)  # node a's edges, those to lower nodes first
+        k = EDGES + self.edge_count
+        while k > behind or k > EDGES + first and s[k - 1] & 255 > b:
+            s[k] = s[k - 1]
+            k -= 1
+        self.edge_count += 1
+        s[ABOUT + a] += 256
+        for n in range(a + 1, self.node_count):
+            s[ABOUT + n] += 1
+        s[k] = b | region << 8

@@ -19,6 +19,17 @@ BARRIER = 1
 SEARCHED = 4
 
 
+def move_down(xs, ys, sigmas, flags, begin, i, end):
+    # The records i .. end - 1 to `begin` and the places behind it. A port may put machine code in its place (ports/sight_viper.py).
+    while i < end:
+        xs[begin] = xs[i]
+        ys[begin] = ys[i]
+        sigmas[begin] = sigmas[i]
+        flags[begin] = flags[i]
+        begin += 1
+        i += 1
+
+
 class VectorStore:
     # Vertices in map units of 5 mm; a vector runs from its record to the next one of its
     # chain, and the last one of a closed chain back to the first. Length and direction are derived.
@@ -178,15 +189,6 @@ class VectorStore:
                 self.kinds[kept] = self.kinds[c]
                 kept += 1
         self.chains = kept
-        xs = self.xs
-        ys = self.ys
-        sigmas = self.sigmas
-        flags = self.flags
-        for i in range(end, self.used):
-            xs[begin] = xs[i]
-            ys[begin] = ys[i]
-            sigmas[begin] = sigmas[i]
-            flags[begin] = flags[i]
-            begin += 1
+        move_down(self.xs, self.ys, self.sigmas, self.flags, begin, end, self.used)
         self.used -= n
         self.generation = (self.generation + 1) & 0xFFFF

@@ -8,7 +8,7 @@ from host_tools.evaluation.section import Section, number, table
 from host_tools.map_file import decode_records, encode_records
 
 VECTOR_BYTES = 20                            # eq. 6 as a plain list: x, y, length, direction, deviation, 32 bits each
-NO_WAYS = (("building/way.py:_LONGEST", 0),)  # no leg is that short: the core goes straight, and round what stands between
+NO_WAYS = (("building/frontier.py:_LONGEST", 0),)  # no leg is that short: the core goes straight, and round what stands between
 TOPOLOGY = ("regions", "nodes", "edges")
 KB = 1000
 

@@ -47,7 +47,8 @@ def measured(run, scratch, folder):
     parser = argparse.ArgumentParser()
     hil_options.add_arguments(parser)
     args = parser.parse_args([run.home, "--target", "cpython", "--link", "memory", "--mode", run.mode, "--uwb", run.uwb, "--odometry",
-                              run.odometry, "--seed", str(run.seed), "--max-robot-s", str(run.max_robot_s)]
+                              run.odometry, "--seed", str(run.seed), "--max-robot-s", str(run.max_robot_s),
+                              "--nvm", "none"]
                              + [word for setting in run.settings for word in ("--set", setting)])
     hil_options.check(args)
     if run.limits:

@@ -1,32 +1,48 @@
 # The core in the robot's own process, at the far end of a link in memory: every frame
 # passes as on a line, and no time is lost on the way. The core is named, not imported:
-# `module:class` of something made from a port and a boot number that has receive(buf, size)
-# and hello(), and answers by port.write(buf, size), as firmware_py.device:Device.
+# `module:class` of something made from a port and a boot number that has receive(buf, size) and
+# greet(), which says HELLO twice a second until it is answered, and answers by port.write(buf, size), as firmware_py.device:Device.
 
 import importlib
 import sys
-import time
 
-from sim_device.links.peer import PeerError
+from sim_device.links.peer_errors import PeerError
 from sim_device.links.pty import LinkError
 
 BOOT_ID = 1
 
 
-# Stands in for a Pty towards Peer. Whatever the core raises
-# is a PeerError of one sentence.
+# Stands in for a Pty towards Peer. Its time is its own: it passes where somebody waits for what does not come,
+# and at once. Whatever the core raises is a PeerError of one sentence.
 class MemoryLink:
     path = name = "the link in memory"
     dropped = 0
+    resetting = False
 
     def __init__(self, core, folder=None):
         self._out = bytearray()
-        self._core = _named(core, folder)(_Port(self._out), BOOT_ID)
-        self._core.hello()
+        self._make = _named(core, folder)
+        self._now_s = 0.0
+        self._boots = BOOT_ID - 1
+        self.restart()
+
+    def restart(self):
+        """Another core in place of this one, as after a reset."""
+        self._boots += 1
+        self._out.clear()
+        self._core = self._make(_Port(self._out, self.clock), self._boots)
+        self._core.greet()
+
+    def speaks(self, dialect):
+        """As a Pty's."""
+
+    def clock(self):
+        return self._now_s
 
     def read(self, timeout_ms=0):
         if not self._out:
-            time.sleep(timeout_ms / 1000)
+            self._now_s += timeout_ms / 1000
+            self._core.greet()
         data = bytes(self._out)
         self._out.clear()
         return data
@@ -46,12 +62,13 @@ class MemoryLink:
         pass
 
 
-# What the core sees of it. No clock: there is no free run over this link.
+# What the core sees of it. There is no free run over this link: its clock does not pace anything.
 class _Port:
     heap_bytes = heap_boot_bytes = heap_code_bytes = locked = 0  # CPython has no heap of its own to measure
 
-    def __init__(self, out):
+    def __init__(self, out, clock):
         self._out = out
+        self._clock = clock
 
     def write(self, buf, size):
         self._out += memoryview(buf)[:size]
@@ -60,7 +77,7 @@ class _Port:
         return 0
 
     def ticks_ms(self):
-        return 0
+        return int(self._clock() * 1000) & 0x3FFFFFF
 
 
 def _named(core, folder):

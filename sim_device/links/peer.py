@@ -1,56 +1,61 @@
-# The core as the virtual robot sees it: a question, its answer, and what comes unasked.
+# The core as the virtual robot sees it: questions, their answers, and what comes unasked.
 
 import time
 
-from protocol import parameters, schema
 from protocol.frame_reader import BYTES_IN, BYTES_OUT, FRAMES_IN, FRAMES_OUT
-from protocol.host_link import HostLink
-from protocol.messages import BY_ID, BY_NAME
+from protocol.host_link import HANDSHAKE_MAX, RELIABLE, HostLink
+from protocol.host_window import Window
+from protocol.messages import BY_NAME
+from sim_device.links.acquaintance import Acquaintance
+from sim_device.links.asked import Asked
+from sim_device.links.peer_errors import Interrupted, PeerError, Restarted, is_garbage, nobody, refused, silent
 
-RESEND_S = 0.2
+RESEND_S = 0.2          # of what is not reliable, and of the free run's steps
 DEAD_S = 3.0
-GARBAGE_BYTES = 512
-GARBAGE_S = 3.0
-ASK_HELLO_S = 1.0
+RESET_S = 30.0          # for a core to boot that was reset
+ASK_HELLO_S = 0.5
+SILENT_TRIES = 8        # repeats in vain, half a second: is it still the core that we know?
 
-_HELLO, _IDENTIFY, _ERROR, _STORE = (BY_NAME[name] for name in ("HELLO", "IDENTIFY", "ERROR", "STORE"))
+_HELLO, _IDENTIFY, _ERROR, _STORE, _ACK = (BY_NAME[name] for name in ("HELLO", "IDENTIFY", "ERROR", "STORE", "ACK"))
 _STEP, _STEP_RSP = BY_NAME["STEP"], BY_NAME["STEP_RSP"]
-_PARAMETER_NAMES = [row[0] for row in parameters.PARAMETERS]
 
 
-class PeerError(Exception):
-    """One sentence: what was waited for, and what came instead."""
-
-
-class Refused(PeerError):
-    """The core answered ERROR; `code` is its number."""
-
-    def __init__(self, sentence, code):
-        super().__init__(sentence)
-        self.code = code
-
-
-class Interrupted(Exception):
-    """The caller's stop() became true while we waited."""
-
-
-# One core at the far end of a Pty. Questions go out one at a time; an unanswered
-# one is repeated, byte for byte, every 200 ms, and after 3 s PeerError names it.
+# One core at the far end of a link (Pty, MemoryLink, either with faults). A question that has got no answer is repeated, byte for
+# byte, as host_window.py says, and after 3 s of the link's time PeerError names it.
 # Every frame of both directions passes to `taps` and, where given, `log`: while the core is busy with
-# a question, as keeping what passed takes a tenth of a step; keep() hands over what is still held.
+# a question, as keeping it takes a tenth of a step; keep() hands over what is still held.
 # `newest` holds the last message of every kind, by class; `stores` every STORE by name.
 class Peer:
     def __init__(self, pty, taps, log=None, stop=lambda: False):
         self.newest = {}
         self.stores = {}
         self.hello = None
-        self.resent = 0
+        self.resent = 0             # of what is not the window's
+        self.reopened = 0           # epochs that a stray frame cost
         self.link = HostLink(sink=self._passes)
+        self.window = Window()
+        self._clock = pty.clock
         self._pty = pty
         self._taps = taps
         self._log = log
+        self._acquaintance = Acquaintance(pty, taps, log)
         self._stop = stop
         self._passed = []
+        self._boots = set()         # numbers of cores that are no more
+        self._confirmed = False     # the core has spoken in this epoch
+        self._told = {}             # SEQ of the newest telemetry of each kind
+
+    @property
+    def path(self):
+        return self._pty.path
+
+    @property
+    def resetting(self):
+        return self._pty.resetting
+
+    @property
+    def repeats(self):
+        return self.resent + self.window.repeats
 
     @property
     def frames(self):
@@ -64,62 +69,87 @@ class Peer:
     def dropped_by_cause(self):
         """Frames that came and were not used, by cause, and those that the core would not take from the pty."""
         causes = {name: count for name, count in self.link.counts().items() if name.startswith("bad_") or name in ("overrun", "stale")}
-        return {**causes, "pty_full": self._pty.dropped}
+        return {**causes, "answered_twice": self.window.duplicates, "pty_full": self._pty.dropped}
 
     def meet(self, wait_s):
         """Waits for the core's HELLO and answers it; the HELLO."""
-        start_s = asked_s = time.monotonic()
+        start_s = asked_s = self._clock()
         came_s = None
+        self.newest.pop(_HELLO, None)
         while _HELLO not in self.newest:
-            now_s = time.monotonic()
+            now_s = self._clock()
             self._look_up(now_s)
-            if self._receive(50):
+            there = self._receive(50)
+            if there:
                 came_s = came_s or now_s
-            if now_s - start_s > wait_s or came_s and self._is_garbage(now_s - came_s):
-                raise PeerError(self._nobody(now_s - start_s))
-            if came_s and now_s - asked_s > ASK_HELLO_S:
-                asked_s = now_s  # something came, but no HELLO: a core that was welcomed before says it when asked
+            if now_s - start_s > wait_s or came_s and is_garbage(self.link.counters, now_s - came_s):
+                raise PeerError(nobody(self._pty.path, self.link.counters, now_s - start_s))
+            if there is not None and now_s - asked_s > ASK_HELLO_S:
+                asked_s = now_s  # it was lost, or said before we came: a core that is asked says it again
                 self._pty.write(self.link.encode(_IDENTIFY(0, 0)))
-        hello = self.newest[_HELLO]
-        refusal = self.link.refusal(hello)
-        if refusal is not None:
-            raise PeerError("%s: %s" % (self._pty.path, refusal))
-        self._pty.write(self.link.welcome(hello))
-        self.hello = hello
-        return hello
+        return self.begin(self.newest[_HELLO])
+
+    def begin(self, hello):
+        """Joins the core that said this, or the one that has taken its place by then; its HELLO."""
+        while True:
+            if refusal := self.link.refusal(hello):
+                raise PeerError("%s: %s" % (self._pty.path, refusal))
+            if self.hello is not None and hello.boot_id != self.hello.boot_id:
+                self._boots.add(self.hello.boot_id)
+            self.hello = hello
+            self._pty.resetting = False
+            self._open(self.link.welcome(hello))
+            try:
+                self._acquaintance.make(self, hello)
+                return hello
+            except Restarted as again:
+                hello = again.hello
 
     def ask(self, question, answer, fits=lambda message: True, dead_s=DEAD_S):
-        """The first message of class `answer` for which fits(message) holds. Refused if the core answers ERROR."""
-        newest = self.newest
-        newest.pop(answer, None)
-        newest.pop(_ERROR, None)
+        """The message of class `answer` for which fits(message) holds. Refused if the core answers ERROR."""
+        if question.RELIABLE:
+            return self.ask_all([(question, answer, fits)], dead_s)[0]
+        self.newest.pop(answer, None)
+        self._told.pop(answer, None)  # where the last one came long ago, its number says nothing
         for _ in self._tries(self.link.encode(question), dead_s):
-            message = newest.pop(answer, None)
+            message = self.newest.get(answer)
             if message is not None and fits(message):
                 return message
-            self._check_error(question.ID)
-        raise PeerError("the core on %s has not answered %s with %s for %g s" % (
-            self._pty.path, question.NAME, answer.NAME, dead_s))
+        raise silent(self._pty.path, question.NAME + " with " + answer.NAME, dead_s)
+
+    def ask_all(self, questions, dead_s=DEAD_S):
+        """The answers to [(question, answer's class, fits)] in their order."""
+        return list(self.each_answer(questions, dead_s))
+
+    def each_answer(self, questions, dead_s=DEAD_S):
+        """The same one by one, as they come; as many questions are out at once as the core can retain answers."""
+        asked = [Asked(question.NAME, lambda seq, question=question: self.link.encode(question, seq), kind, fits)
+                 for question, kind, fits in questions]
+        waiting = iter(asked)
+        for head in asked:
+            while not self.window.full and (further := next(waiting, None)) is not None:
+                self._post(further)
+            self._until(head, dead_s, lambda head=head: "%s with %s" % (head.name, head.kind.NAME))
+            yield head.answer
 
     def step(self, values, dead_s=DEAD_S):
         """One lockstep: STEP of these flat values (codec.py); its STEP_RSP."""
-        for _ in self._tries(self.link.encode_step(values), dead_s):
-            answer = self.answer(values[0])
-            if answer is not None:
-                return answer
-        raise self.silent(values[0], dead_s)
+        step = values[0]
+        asked = Asked("STEP", lambda seq: self.link.encode_step(values, seq), _STEP_RSP, lambda message: message[0] == step, step)
+        self._post(asked)
+        self.keep()
+        self._until(asked, dead_s, lambda: "STEP %d" % step)
+        return asked.answer
 
     def answer(self, step):
-        """That step's STEP_RSP, if it has come."""
+        """The free run's: that step's STEP_RSP, if it has come."""
         answer = self.newest.get(_STEP_RSP)
         if answer is not None and answer[0] == step:
             return answer
-        if _ERROR in self.newest:
-            self._check_error(_STEP.ID)
+        error = self.newest.pop(_ERROR, None)
+        if error is not None and error.message_id == _STEP.ID:
+            raise refused(self._pty.path, error)
         return None
-
-    def silent(self, step, dead_s):
-        return PeerError("the core on %s has not answered STEP %d for %g s" % (self._pty.path, step, dead_s))
 
     def send(self, wire):
         self._pty.write(wire)
@@ -127,17 +157,49 @@ class Peer:
     def take(self, timeout_ms):
         """Waits for what comes, for whoever keeps its own time; True if anything did."""
         came = self._receive(timeout_ms)
-        self._look_up(time.monotonic())
-        return came
+        self._look_up(self._clock())
+        return bool(came)
+
+    def _post(self, asked):
+        question = self.window.open()
+        question.asked = asked
+        wire = asked.make(question.seq)
+        self.window.sent(question, wire, int(self._clock() * 1e6))
+        self._pty.write(wire)
+
+    def _until(self, asked, dead_s, what):
+        """Waits for that answer; repeats what is due."""
+        window, clock = self.window, self._clock
+        start_s = lost_s = now_s = clock()
+        while asked.answer is None:
+            self._receive(min(window.wait_us(int(now_s * 1e6)) // 1000 + 1, 20))
+            if asked.answer is not None:
+                break
+            now_s = clock()
+            if self._pty.resetting and now_s - start_s < RESET_S:
+                lost_s = now_s
+            if now_s - lost_s > dead_s:
+                raise silent(self._pty.path, what(), dead_s)
+            for question in window.due(int(now_s * 1e6)):
+                self._repeat(question)
+            self._look_up(now_s)
+        if type(asked.answer) is _ERROR:
+            raise refused(self._pty.path, asked.answer)
+
+    def _repeat(self, question):
+        if not self._confirmed:
+            self._pty.write(self.link.invitation())  # our WELCOME may be what was lost
+        elif question.tries % SILENT_TRIES == 0:
+            self._pty.write(self.link.encode(_IDENTIFY(0, 0)))
+        self._pty.write(question.wire)
 
     def _tries(self, wire, dead_s):
         """Sends the frame, then yields whenever something came, repeating the frame, until the time is over."""
-        write, receive, clock = self._pty.write, self._receive, time.monotonic
+        write, clock = self._pty.write, self._clock
         write(wire)
         start_s = sent_s = clock()
-        self.keep()
         while True:
-            if receive(20):
+            if self._receive(20):
                 yield
             now_s = clock()
             if now_s - start_s > dead_s:
@@ -150,35 +212,79 @@ class Peer:
 
     def _look_up(self, now_s):
         self.keep()
-        self._taps.service(now_s)
+        self._taps.service(time.monotonic())
         if self._stop():
             raise Interrupted
 
     def _receive(self, timeout_ms):
-        """Takes in what comes; True if anything did."""
+        """Takes in what comes; True if anything did, None if nobody is there."""
         data = self._pty.read(timeout_ms)
         if not data:
             if data is None:
-                if self.hello is not None:
+                if self.hello is not None and not self._pty.resetting:
                     raise PeerError("the core has closed %s while it was in use: start both again" % self._pty.path)
                 self.link.reader.reset()
                 time.sleep(timeout_ms / 1000)
+                return None
             self._pty.flush()
             return False
-        newest = self.newest
-        for message in self.link.feed(data):
-            kind = type(message)
-            newest[kind] = message
-            if kind is _STORE:
-                self.stores[message.name] = message
-            elif kind is _HELLO and self.hello is not None:
-                self._greeted_again(message)
+        for message, ctl, seq, ack in self.link.take(data):
+            if ctl & RELIABLE:
+                self._answered(message, seq)
+            elif message.ID > HANDSHAKE_MAX:
+                self._heard(message, seq, ack)
+            else:
+                self.newest[type(message)] = message
+                if type(message) is _HELLO and self.hello is not None:
+                    self._greeted_again(message)
         return True
 
+    def _answered(self, message, seq):
+        self._confirmed = True
+        question = self.window.answered(seq, int(self._clock() * 1e6))
+        if question is None:
+            return
+        self.link.ack = self.window.ack
+        if question.asked.takes(message):
+            question.asked.answer = self.newest[type(message)] = message
+        else:
+            # A frame of 256 questions ago, delayed until its number was due again: in another epoch it is none.
+            self.reopened += 1
+            self._open(self.link.reopen(), (question, *self.window.out.values()))
+
+    def _heard(self, message, seq, ack):
+        """What was not asked reliably: the newest of each kind wins."""
+        kind = type(message)
+        self._confirmed = True
+        self.window.heard(ack)
+        if self._told.setdefault(kind, seq - 1 & 255) - seq & 255 < 128:
+            return  # it was overtaken, or came twice
+        self._told[kind] = seq
+        self.newest[kind] = message
+        if kind is _STORE:
+            self.stores[message.name] = message
+        elif kind is _ACK:
+            self.window.lost(message.missing)
+
     def _greeted_again(self, hello):
+        if hello.boot_id in self._boots:
+            return  # it was long under way
         if hello.boot_id != self.hello.boot_id:
-            raise PeerError("the core on %s has started anew in the middle of the mission" % self._pty.path)
-        self._pty.write(self.link.welcome(hello))  # our WELCOME was lost
+            raise Restarted(hello)
+        taken = hello.capabilities & 3
+        if taken == 0:
+            self._pty.write(self.link.invitation())  # our WELCOME was lost
+        elif taken != self.link.epoch:
+            self._open(self.link.reopen(taken), tuple(self.window.out.values()))
+
+    def _open(self, invitation, again=()):
+        """A new epoch, and in it these questions once more."""
+        self.window.restart()
+        self._confirmed = False
+        self._told.clear()
+        self._pty.write(invitation)
+        for question in sorted(again, key=lambda question: question.first_us):
+            self._post(question.asked)
 
     def _passes(self, direction, raw):
         self._passed.append((time.monotonic_ns(), direction, raw))
@@ -191,31 +297,3 @@ class Peer:
             tap(raw)
             if log is not None:
                 log.frame(now_ns, direction, raw)
-
-    def _check_error(self, asked):
-        error = self.newest.pop(_ERROR, None)
-        if error is None or error.message_id != asked:
-            return
-        why = {
-            schema.ERROR_UNKNOWN_ID: "it does not know this message",
-            schema.ERROR_STEP_ORDER: "it expects step %d" % error.detail,
-            schema.ERROR_RANGE: "a value is out of range",
-            schema.ERROR_STALE: "its map is of generation %d now" % error.detail,
-            schema.ERROR_NOT_READY: "it is not ready for that",
-        }.get(error.code, "error %d" % error.code)
-        if error.code == schema.ERROR_NOT_READY and asked == _STEP.ID and 0 <= error.detail < len(_PARAMETER_NAMES):
-            why = "it needs parameter %s first" % _PARAMETER_NAMES[error.detail]
-        raise Refused("the core on %s refused %s: %s" % (self._pty.path, BY_ID[asked].NAME, why), error.code)
-
-    def _is_garbage(self, since_s):
-        counters = self.link.counters
-        return since_s > GARBAGE_S and counters[BYTES_IN] > GARBAGE_BYTES and counters[FRAMES_IN] == 0
-
-    def _nobody(self, waited_s):
-        counters, path, waited_s = self.link.counters, self._pty.path, round(waited_s, 1)
-        if counters[FRAMES_IN]:
-            return "frames arrive on %s, but no HELLO within %g s: is another program than the core at its far end?" % (path, waited_s)
-        if counters[BYTES_IN]:
-            return "bytes arrive on %s (%d of them), but no frame of this protocol within %g s: something else than the core is there" % (
-                path, counters[BYTES_IN], waited_s)
-        return "nobody answered on %s within %g s: start the core on it" % (path, waited_s)

@@ -25,6 +25,9 @@ class LinkError(Exception):
 # `present` is False. Bytes that the far end does not take are kept, up to
 # backlog_bytes; beyond that whole writes are dropped, counted in `dropped`: never half a frame.
 class Pty:
+    resetting = False   # the core is being started anew: that nobody is there is no failure
+    clock = staticmethod(time.monotonic)
+
     def __init__(self, path, backlog_bytes=BACKLOG_BYTES):
         self.path = path
         self.dropped = 0
@@ -55,6 +58,13 @@ class Pty:
         """Whether somebody has the far end open now."""
         events = self._poll.poll(0)
         return not (events and events[0][1] & select.POLLHUP)
+
+    def speaks(self, dialect):
+        """The core's schema: bytes pass whatever they say."""
+
+    def fileno(self):
+        """Of our end, to wait for several at once."""
+        return self._master
 
     def read(self, timeout_ms=0):
         """What has come, waiting for the first byte up to the timeout; b"" if nothing did, None if nobody is there."""

@@ -2,24 +2,27 @@
 
 from array import array
 
-from protocol import cobs, schema
+from protocol import cobs
+from protocol.describe import field_size
+from protocol.dialect import OURS
 from protocol.frame_reader import COUNTERS, DOWN, FrameReader
+from protocol.host_link import HostLink
+from protocol.messages import BY_NAME
+from protocol.schema_pull import PIECE_BYTES, SECTION, piece
 from sim_device.links.pty import Pty
 
 FLUSH_S = 0.02
 HELLO_S = 1.0
 BACKLOG_BYTES = 65536
 DRAIN_S = 1.5
+NUMBER_BYTES = 2    # of an item: so many are kept, whatever a core of another schema counts
 
 _ID = 3         # in a raw frame: CTL SEQ ACK ID LEN body CRC
 _BODY = 5
 _BOOT_ID = slice(_BODY + 10, _BODY + 12)  # HELLO keeps its layout for ever
-_IDS = {row[1]: row[0] for row in schema.MESSAGES}
-_HELLO, _IDENTITY, _IDENTIFY, _WELCOME = (_IDS[name] for name in ("HELLO", "IDENTITY", "IDENTIFY", "WELCOME"))
-_STEPS = (_IDS["STEP"], _IDS["STEP_RSP"])
-# Telemetry of which each numbered item counts for itself (a vector, a store): bytes of the body that number it.
-_NUMBERED = {row[0]: {"u8": 1, "u16": 2}[row[4][0][1]] for row in schema.MESSAGES if row[4][0][0] in ("index", "order")}
-_KEPT = {row[0] for row in schema.MESSAGES if 0x20 <= row[0] < 0x30} | {_IDS["STATUS_RSP"]}
+_SCHEMA = slice(_BODY + 2, _BODY + 6)
+_HELLO, _IDENTITY, _IDENTIFY, _WELCOME = (BY_NAME[name].ID for name in ("HELLO", "IDENTITY", "IDENTIFY", "WELCOME"))
+_NUMBERS = ("index", "order")   # fields of telemetry of which each item counts for itself: a vector, a store
 
 
 def wire(raw):
@@ -43,6 +46,8 @@ class Taps:
         self._hello = None
         self._identity = {}
         self._newest = {}
+        self._link = HostLink()
+        self.speaks(OURS)
         self._passing = []
         self._next_s = 0.0
         try:
@@ -56,13 +61,21 @@ class Taps:
     def dropped(self):
         return sum(tap.dropped for tap in self._taps)
 
+    def speaks(self, dialect):
+        """What passes from here on is of this schema, and whoever asks is told it."""
+        self._dialect = dialect
+        telemetry = {number: kind for number, kind in dialect.by_id.items() if 0x20 <= number < 0x30}
+        self._kept = {number: _number_of(kind) for number, kind in telemetry.items()}
+        self._kept |= {dialect.by_name[name].ID: slice(0) for name in ("STATUS_RSP",) if name in dialect.by_name}
+        self._steps = [dialect.by_name[name].ID for name in ("STEP", "STEP_RSP") if name in dialect.by_name]
+
     def frame(self, raw):
         if not self._taps:
             return
         self._passing.append(raw)
         message_id = raw[_ID]
-        if message_id in _KEPT:
-            self._newest[message_id, raw[_BODY:_BODY + _NUMBERED.get(message_id, 0)]] = raw
+        if message_id in self._kept:
+            self._newest[message_id, raw[self._kept[message_id]]] = raw
         elif message_id == _HELLO:
             if self._hello is not None and self._hello[_BOOT_ID] != raw[_BOOT_ID]:
                 self._newest.clear()  # another core: what the last one said is no longer so
@@ -91,11 +104,25 @@ class Taps:
                 # Again, once a second: opening a port may throw away what came before.
                 tap.hello_s = now_s + HELLO_S
                 tap.write([wire(self._hello)])
-            tap.pass_on(wires)
+            tap.pass_on(wires, self._steps)
             for request in tap.requests():
-                answer = self._identity.get(request, self._hello)
+                answer = self._answer(request)
                 if answer is not None:
-                    tap.write([wire(answer)])
+                    tap.write([answer])
+                    tap.is_new = tap.is_new or self._is_last(request)
+
+    def _answer(self, request):
+        """The frame that answers IDENTIFY with these three bytes, None if nobody has said it."""
+        if request[:1] == bytes((SECTION,)):
+            known = self._hello is not None and self._hello[_SCHEMA] == self._dialect.hash.to_bytes(4, "little")
+            return self._link.encode(piece(self._dialect.data, int.from_bytes(request[1:], "little"))) if known else None
+        raw = self._identity.get(request, self._hello)
+        return None if raw is None else wire(raw)
+
+    def _is_last(self, request):
+        """Whoever has the last piece of the schema understands only now what was said at first: it is told that again."""
+        offset = int.from_bytes(request[1:], "little")
+        return request[:1] == bytes((SECTION,)) and offset < len(self._dialect.data) <= offset + PIECE_BYTES
 
     def _introduction(self):
         return ([] if self._hello is None else [self._hello]) + list(self._newest.values())
@@ -107,6 +134,18 @@ class Taps:
         for tap in self._taps:
             tap.close()
         self._taps = []
+
+
+def _number_of(kind):
+    """Which bytes of a raw frame number this item of telemetry."""
+    at = _BODY
+    for name, type_, _ in kind.FIELDS:
+        if type_ == "*":
+            break
+        if name in _NUMBERS:
+            return slice(at, at + min(field_size(type_), NUMBER_BYTES))
+        at += field_size(type_)
+    return slice(0)
 
 
 # One viewer's port.
@@ -131,14 +170,14 @@ class _Tap:
         if not self._pty.write(b"".join(wires)):
             self.dropped += len(wires)
 
-    def pass_on(self, wires):
+    def pass_on(self, wires, steps):
         self._pty.flush()
         waiting = self._pty.waiting
         if waiting > BACKLOG_BYTES:
             self.dropped += len(wires)
             return
         if waiting:
-            kept = [frame for message_id, frame in wires if message_id not in _STEPS]
+            kept = [frame for message_id, frame in wires if message_id not in steps]
         else:
             kept = [frame for _, frame in wires]
         self.dropped += len(wires) - len(kept)

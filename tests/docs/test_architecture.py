@@ -11,7 +11,13 @@ import pytest
 
 from firmware_py.pipeline import Tvslam
 from protocol import states
+from sim_device.config import load_robot
+from sim_device.home import load_home
+from sim_device.nvm import Nvm
+from sim_device.virtual_robot import VirtualRobot
 from tests.docs.pages import page, rows
+from tests.firmware_py.kept import booted
+from tests.firmware_py.puppet import NUMBERS
 from tests.house.tree import PACKAGES, PROJECT, name_of, parsed, python_files
 from tests.stories.mission import drive_mission
 from tests.strategies import KINDS, VALUES, Segment, ticks_of
@@ -70,6 +76,31 @@ def test_a_mission_takes_only_the_ways_of_the_table(home, options):
     strange = {f"{a} -> {b}" for a, b in zip(entered, entered[1:]) if b not in leads.get(a, ())}
     assert not strange, strange
     assert entered[-1] == "DONE" and len(set(entered)) >= 8
+
+
+def test_nor_does_one_that_stores_what_it_maps():
+    # From nothing; then, in a new core, from what is stored: first the outline alone, then the explored home.
+    leads, nvm, stored = table(), Nvm(), []
+    for begins in ("BOOT INIT", "BOOT SELECT", "BOOT BUILD"):
+        robot = VirtualRobot(load_home("tests/sim_device/cell.json"), load_robot(), 1)
+        served = booted(nvm)
+        for name, values in robot.parameters().items():
+            for index, value in enumerate(values):
+                served.core.set_parameter(NUMBERS[name], index, value)
+        served.core.begin()
+        values, entered = array("i", bytes(4 * VALUES)), ["BOOT"]
+        while entered[-1] != "DONE" and robot.tick < 4000:
+            robot.sense(values)
+            served.core.step(values)
+            if states.NAMES[served.core.state] != entered[-1]:
+                entered.append(states.NAMES[served.core.state])
+            if entered[-1] == "SAVE" and not served.exchange():
+                stored.append(bytes(nvm._bytes))
+            robot.drive(served.core.left_mm_s, served.core.right_mm_s)
+        strange = {f"{a} -> {b}" for a, b in zip(entered, entered[1:]) if b not in leads.get(a, ())}
+        assert not strange and entered[-1] == "DONE" and " ".join(entered[:2]) == begins, entered
+        nvm = Nvm()
+        nvm._bytes[:] = stored[0 if begins == "BOOT INIT" else -1]
 
 
 @pytest.mark.parametrize("seed", range(12))

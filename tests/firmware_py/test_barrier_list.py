@@ -10,7 +10,7 @@ UNITS = st.integers(-32768, 32767)
 SPREAD = st.integers(-40, 40).map(lambda k: 50 * k)
 
 
-@given(st.lists(st.tuples(st.sampled_from(("add", "add", "add", "search")), SPREAD, SPREAD), max_size=150))
+@given(st.lists(st.tuples(st.sampled_from(("add", "add", "add", "search", "drop")), SPREAD, SPREAD), max_size=150))
 def test_the_list_keeps_the_order_of_finding_and_forgets_only_what_is_searched(work):
     listed = barrier_list.BarrierList()
     model = []
@@ -27,6 +27,9 @@ def test_the_list_keeps_the_order_of_finding_and_forgets_only_what_is_searched(w
                 del model[searched]
             if new:
                 model.append([x, y, 0])
+        elif model and what == "drop":
+            listed.drop(abs(x) % len(model))
+            del model[abs(x) % len(model)]
         elif model:
             i = listed.nearest(x, y)
             if i >= 0:
@@ -63,5 +66,8 @@ def test_the_one_that_the_robot_goes_to_keeps_its_mark_while_others_make_room():
     listed.going = 20
     assert listed.add(0, 5000), "the place of number 3"
     assert listed.going == 19 and listed.xs[19] == 2000
-    listed.marks[19] = 2
+    listed.drop(0)
+    assert listed.going == 18 and listed.xs[18] == 2000
+    assert listed.add(0, 5500)
+    listed.marks[18] = 2
     assert not listed.add(0, 6000) and listed.lost == 1, "there is none but the one under way"

@@ -7,6 +7,7 @@ import pytest
 from firmware_py.storage.vector_store import OUTLINE, SEARCHED
 from protocol import schema
 from protocol.messages import BY_NAME
+from protocol.schema_text import SCHEMA_TEXT
 from protocol.parameters import PARAMETERS
 from tests.firmware_py.device_story import LOCKED, OK, OUT_OF_RANGE, UNKNOWN, Story, error
 from tests.firmware_py.puppet import NUMBERS
@@ -32,7 +33,7 @@ def test_a_duplicate_gets_the_same_bytes_and_runs_nothing():
     story = Story()
     story.step(1)
     for number in (2, 3):
-        frame = story.host.encode(BY_NAME["STEP"](number, 7, 7, (20,) * 8, 0, 0, ()))
+        frame = story.host.encode(BY_NAME["STEP"](number, 7, 7, (20,) * 8, 0, 0, ()), number - 1)
         story.give(frame)
         first, hashes = bytes(story.port.out), (story.core.hash_lo, story.core.hash_hi, story.core.tick)
         story.heard()
@@ -42,6 +43,16 @@ def test_a_duplicate_gets_the_same_bytes_and_runs_nothing():
             assert [m.step for m in story.heard()] == [number]
         assert (story.core.hash_lo, story.core.hash_hi, story.core.tick) == hashes
     assert story.device.link.counters[4] == 6
+
+
+def test_a_step_that_is_asked_again_runs_nothing_and_says_the_same():
+    story = Story()
+    story.step(1)
+    (first,) = story.step(2, 7, 7)
+    hashes = (story.core.hash_lo, story.core.hash_hi, story.core.tick)
+    for _ in range(3):
+        assert story.step(2, 7, 7) == [first]
+    assert (story.core.hash_lo, story.core.hash_hi, story.core.tick) == hashes
 
 
 def test_a_duplicate_after_a_new_welcome_is_answered_in_the_new_epoch():
@@ -178,6 +189,17 @@ def test_identify_ping_and_what_is_unknown():
     assert identity.data.startswith(b"tvslam ")
     assert story.one("IDENTIFY", 9, 50).size == 0
     assert len(story.one("IDENTIFY", 1, 60000).data) == 0
+
+
+def test_the_schema_is_told_in_pieces_of_64_bytes():
+    story, text = Story(joined=False), b""
+    while True:
+        piece = story.one("IDENTIFY", 4, len(text))
+        assert (piece.section, piece.offset, piece.size) == (4, len(text), len(SCHEMA_TEXT)) and len(piece.data) <= 64
+        if not piece.data:
+            break
+        text += piece.data
+    assert text == SCHEMA_TEXT, "also before the core is welcomed"
 
 
 def test_every_store_can_be_asked_for():

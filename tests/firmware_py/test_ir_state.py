@@ -33,15 +33,17 @@ def test_the_table_is_what_the_rule_makes():
 ])  # fmt: skip
 def test_the_numbers_of_the_papers_table_1(rows, state):
     ir = IrState()
-    ir.update(array("h", [NEAR if bit == "1" else FAR for bit in rows]), THRESHOLD)
+    ir.threshold_mm = THRESHOLD
+    ir.update(array("h", [NEAR if bit == "1" else FAR for bit in rows]))
     assert ir.state + 1 == state
 
 
 def test_an_action_stands_three_ticks_before_it_counts():
     ir = IrState()
+    ir.threshold_mm = THRESHOLD
     wall = array("h", [NEAR] + [FAR] * 7)
     nothing = array("h", [FAR] * 8)
     for seen, action in [(wall, FREE), (wall, FREE), (wall, TURN_LEFT), (nothing, TURN_LEFT), (wall, TURN_LEFT), (nothing, TURN_LEFT),
                          (nothing, TURN_LEFT), (nothing, FREE)]:  # fmt: skip
-        ir.update(seen, THRESHOLD)
+        ir.update(seen)
         assert ir.action == action

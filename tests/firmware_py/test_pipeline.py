@@ -6,6 +6,7 @@ import pytest
 
 from firmware_py import pipeline
 from firmware_py.building import closure, outline
+from firmware_py.collection import sensor_watch
 from firmware_py.collection import states as core_states
 from firmware_py.limits import ANCHORS_MAX, CHAINS_MAX, VECTORS_MAX
 from firmware_py.storage.point_ring import CONCAVE, CONVEX, SHORT
@@ -15,12 +16,16 @@ from tests.firmware_py.test_explorer import aligned_with_a_wall
 
 
 def test_the_numbers_that_the_core_repeats_are_the_protocols():
-    for name in "INIT FIND_WALL ALIGN FOLLOW CORNER_IN CORNER_OUT CLOSE_CHECK BUILD BUMP FAILED DONE STUCK LOST".split():
+    for name in "INIT FIND_WALL ALIGN FOLLOW CORNER_IN CORNER_OUT CLOSE_CHECK BUILD BUMP FAILED DONE STUCK LOST SAVE".split():
         assert getattr(core_states, name) == getattr(states, name), name
     for name in ("CLOSED", "NO_WALL", "STORE_FULL", "STUCK", "TOO_LONG", "LOST"):
-        assert getattr(pipeline, f"_REASON_{name}") == getattr(states, f"REASON_{name}"), name
-    assert states.DEGRADED == ("vectors", "chains", "topology", "search")
-    assert [getattr(pipeline, "DEGRADED_" + name.upper()) for name in states.DEGRADED] == [1, 2, 4, 8]
+        assert getattr(pipeline, f"REASON_{name}") == getattr(states, f"REASON_{name}"), name
+    assert states.DEGRADED == ("vectors", "chains", "topology", "search", "encoder", "infrared", "ultrasonic", "uwb", "storage")
+    watched = (sensor_watch.ENCODER, sensor_watch.INFRARED, sensor_watch.ULTRASONIC, sensor_watch.UWB)
+    assert watched == tuple(1 << states.DEGRADED.index(name) for name in ("encoder", "infrared", "ultrasonic", "uwb"))
+    stores = {name: 1 << i for i, name in enumerate(states.DEGRADED) if hasattr(pipeline, "DEGRADED_" + name.upper())}
+    assert stores == {"vectors": 1, "chains": 2, "topology": 4, "search": 8, "storage": 256}
+    assert all(getattr(pipeline, "DEGRADED_" + name.upper()) == bit for name, bit in stores.items())
     bits = ["_MIDPOINT", "_WALL_OFFSET", "_CORNERS", "_SPREAD", "_DISTANCE_FIXES", "_WEIGHTED", "_EQ1_LITERAL",
             "_FILTER", "_CALIBRATE", "_MANHATTAN", "_LANDMARKS", "_SHADOWING", "_KIDNAP"]
     assert [getattr(pipeline, bit) for bit in bits] == [1 << i for i in range(len(parameters.FLAGS))]

@@ -124,6 +124,22 @@ def test_a_hit_halts_who_is_on_his_way_to_a_place():
     assert robot.halted == 1, "who maps a barrier goes on"
 
 
+def test_who_follows_a_long_barrier_forgets_the_places_of_it_that_are_on_the_map_by_now():
+    floor = room(30, 20)
+    robot = Robot(floor, 1, 1, sweep=False)
+    robot.mapping = True
+    floor.store.open_chain(1)
+    for x in range(4000, 26000, 350):    # seen one by one from 70 cm behind, mapped when it passes
+        robot.search.note(x + 700, 10000, robot)
+        floor.store.append(x // 5, 2000, 3, 0)
+        for _ in range(10):
+            robot.search.note(x + 690, 10000, robot)
+    barriers = robot.search.barriers
+    assert barriers.lost == 0 and barriers.used < 6
+    robot.search.note(15000, 5000, robot)
+    assert (3000, 1000) in list(zip(barriers.xs, barriers.ys, strict=True))[:barriers.used], "what is not on the map stays"
+
+
 def test_a_barrier_out_of_reach_is_tried_twice_and_the_search_ends():
     robot = Robot(room(8, 6), 4, 3, sweep=False, refuse=lambda x, y: (x, y) == (6, 3)).run()
     robot.search.note(6000, 3000, robot)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Polygon
 
+from sim_device.home import load_home
 from tests.firmware_py.watched import watched
 
 vector_store, sight_module, way_module, graph_module = watched(
@@ -88,6 +89,26 @@ def test_the_way_is_the_shortest_that_networkx_finds_over_the_same_corners(a, b)
         if networkx.has_path(graph, way.used, way.used + 1):
             lengths.append(networkx.dijkstra_path_length(graph, way.used, way.used + 1))
     assert (places is None and not lengths) or way.length_cm == lengths[0]
+
+
+def ticks_and_cm(way, a, b):
+    way.begin(*a, *b)
+    for ticks in range(1, 2000):
+        if way.step() != BUSY:
+            return ticks, way.length_cm
+    raise AssertionError("it never ends")
+
+
+def test_through_an_office_the_way_there_is_as_long_as_the_way_back_and_soon_found():
+    home = load_home("office_458")
+    rings = [[(round(1000 * x), round(1000 * y)) for x, y in ring] for ring in (home.outline, *home.obstacles)]
+    way = planner((4, rings[0]), *((5, ring[::-1]) for ring in rings[1:]))
+    assert way.used > 150
+    a, b = (10750, 2275), (38575, 2275)  # the middles of two rooms
+    there, cm = ticks_and_cm(way, a, b)
+    back, cm_back = ticks_and_cm(way, b, a)
+    assert math.dist(a, b) / 10 <= cm == cm_back < way_module.UNREACHED
+    assert max(there, back) < 500, "10 s: with a look at every leg that might be shorter it would be 36"
 
 
 def test_more_corners_than_nodes_are_counted():

@@ -97,6 +97,8 @@ class CoreDriver:
         if message_id == tables.IDENTIFY and values[0] == 2 and values[1] < len(STORES):
             name, used, capacity, record = STORES[values[1]]
             self._send("STORE", values[1], name, used, capacity, record, 0)
+        elif message_id == tables.IDENTIFY and values[0] == 4:
+            self._send("IDENTITY", 4, values[1], 0, b"")    # as a core that does not tell its schema
         elif message_id == tables.IDENTIFY:
             self._hello()
         elif message_id == tables.STATUS:

@@ -5,7 +5,8 @@ No assertion lives here.
 
 from functools import lru_cache
 
-from host_tools.recording import TELEMETRY, Tick
+from host_tools.asked import Tick
+from host_tools.recording import TELEMETRY
 from protocol.log import LogWriter
 from protocol.messages import BY_NAME
 from tests.firmware_py.device_story import Story
@@ -20,6 +21,7 @@ STEP = BY_NAME["STEP"]
 class Recorded:
     def __init__(self, parameters, segments):
         self.parameters = [triple for triple in parameters]
+        self.before = [Tick(BY_NAME["PARAM_SET"](*triple), None, []) for triple in parameters]
         self.share = 1.0
         self.frames = []
         self._story = Story(joined=False)

@@ -140,7 +140,7 @@ def test_a_vector_map_is_timed_by_the_core_without_ways_which_may_fail(home, tmp
     said = capsys.readouterr().out
     assert "3503.4 | 3900.0 |" in said and "The mission without ways did not finish (robot time limit)" in said
     folder = larger_core(dict(run.limits), str(tmp_path / "core"))
-    argv = [sys.executable, "-c", "from firmware_py.building import way; print(way._LONGEST)"]
+    argv = [sys.executable, "-c", "from firmware_py.building import frontier; print(frontier._LONGEST)"]
     assert subprocess.run(argv, cwd=folder, env=os.environ | {"PYTHONPATH": os.getcwd()}, capture_output=True, text=True,
                           check=True).stdout.split() == ["0"]
 
@@ -251,7 +251,7 @@ def test_a_run_in_earnest_has_the_hashes_of_the_other_targets_and_is_not_run_twi
     assert result["finished"] and result["localisation"]["estimate"]["mean_cm"] < 5 and len(first["stops"]["true_xy"]) == 20
     for name in ("map.bin", "map.geojson", "track.npy"):
         assert os.path.getsize(tmp_path / "runs" / run.key / name) > 60
-    process = hil(project, home, "--target", "unix", "--json", str(tmp_path / "unix.json"))
+    process = hil(project, home, "--target", "unix", "--nvm", "none", "--json", str(tmp_path / "unix.json"))
     assert process.wait(100) == 0
     assert json.loads((tmp_path / "unix.json").read_text())["hash"] == result["hash"]
     begun = time.monotonic()

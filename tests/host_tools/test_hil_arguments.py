@@ -1,5 +1,6 @@
 """Bad input of hil: one clear sentence that names the cause, exit code 2, before anything starts."""
 
+import fcntl
 import json
 import os
 
@@ -38,9 +39,6 @@ def expect_refusal(capsys, argv, *words):
     (["--target", "port:"], ("--target port:", "unknown")),
     (["--target", "port:/dev/there-is-no-such-port"], ("/dev/there-is-no-such-port", "does not exist")),
     (["--target", "port:/dev/null"], ("/dev/null", "not a terminal")),
-    (["--link", "slcan"], ("--link slcan", "not built yet", "pty")),
-    (["--link", "udp"], ("--link udp", "not built yet")),
-    (["--link", "socketcan:can0"], ("socketcan:can0", "not built yet")),
     (["--link", "string"], ("--link string", "unknown", "pty")),
     (["--mode", "fast"], ("--mode fast", "improved", "paper")),
     (["--uwb", "gps"], ("--uwb gps", "tof_nlos")),
@@ -56,7 +54,7 @@ def expect_refusal(capsys, argv, *words):
     (["--task", "cook"], ("--task cook", "unknown")),
     (["--passes", "2"], ("--passes 2", "not built yet")),
     (["--then", "flat"], ("--then", "not built yet")),
-    (["--faults", "drop=0.1"], ("--faults", "not built yet")),
+    (["--faults", "shake=0.1"], ("--faults shake=0.1", "unknown", "drop=0.1")),
     (["--set", "manhattan"], ("--set manhattan", "FLAG=on")),
     (["--robot", "there-is-none.toml"], ("there-is-none.toml", "not a file")),
     (["--no-such-argument"], ("--no-such-argument", "--help")),
@@ -142,3 +140,13 @@ def test_an_unknown_subcommand_and_the_version(capsys):
     with pytest.raises(SystemExit) as caught:
         main(["--version"])
     assert caught.value.code == 0 and capsys.readouterr().out.startswith("host_tools 0.")
+
+
+def test_a_log_that_is_being_written_is_left_alone(capsys, room, tmp_path):
+    log = tmp_path / "m.tvlog"
+    with open(log, "wb") as writer:
+        fcntl.flock(writer, fcntl.LOCK_EX)
+        writer.write(b"half of a mission")
+        writer.flush()
+        expect_refusal(capsys, [room, "--target", "cpython", "--log", str(log)], "--log", "is being written by another mission")
+    assert log.read_bytes() == b"half of a mission"

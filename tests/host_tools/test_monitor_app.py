@@ -80,7 +80,7 @@ def test_arrows_bring_the_last_rows_into_a_low_terminal():
         cable.pieces += [Story().frames(step) for step in range(0, 501, 5)]
         await until(pilot, lambda: "step 500" in screen_text(app))
         side = app.query_one("#side")
-        assert side.max_scroll_y > 15
+        await until(pilot, lambda: side.max_scroll_y > 15)
         await pilot.press("down")
         await until(pilot, lambda: side.scroll_y == 3)
         await pilot.press("pagedown", "pagedown", "pagedown", "pagedown")

@@ -139,9 +139,10 @@ def test_garbage_between_good_frames_is_counted_and_the_watch_goes_on(watch):
     assert watch.session.link.counts()["bad_length"] == 200
 
 
-def test_an_old_schema_is_named(watch):
-    low = Story().hello(schema_lo=0x1234, schema_hi=0xABCD)
-    watch.cable.pieces.append(low)
+def test_a_schema_that_nobody_tells_is_named(watch):
+    watch.hear(Story().hello(schema_lo=0x1234, schema_hi=0xABCD))
+    watch.now_s += SILENCE_S + 1
+    watch.cable.pieces.append(Story().hello(schema_lo=0x1234, schema_hi=0xABCD))
     end = watch.ends()
     assert end.code == 3 and "schema is abcd1234" in end.sentence and "update the older" in end.sentence
 

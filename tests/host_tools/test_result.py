@@ -25,7 +25,7 @@ ERROR_KEYS = {"mean_cm", "p95_cm", "max_cm"}
 # The contract with scripts, written out once more: a key renamed in the code must fail here.
 KEYS = {
     "": {"schema", "home", "target", "link", "mode", "uwb", "odometry", "seed", "finished", "reason", "degraded", "time", "localisation",
-         "map", "memory", "tick", "link_stats", "free_run", "cleaning", "update", "days", "hash"},
+         "map", "memory", "tick", "link_stats", "storage", "free_run", "can", "cleaning", "update", "days", "hash"},
     "time": {"robot_s", "wall_s", "real_time_factor", "path_m", "lower_bound_s", "contacts"},
     "localisation": {"stops", "estimate", "dead_reckoning", "uwb_only", "paper_rule", "trajectory_rmse_cm"},
     "localisation.estimate": ERROR_KEYS, "localisation.dead_reckoning": ERROR_KEYS, "localisation.uwb_only": ERROR_KEYS,
@@ -39,6 +39,8 @@ KEYS = {
     "link_stats": {"frames", "bytes", "dropped_by_cause", "retransmits"},
     "free_run": {"core_late_ticks", "core_late_ms", "late_answers", "late_answer_ms", "missed_ticks", "drift_ppm", "residual_ms",
                  "clock_jumps", "round_trip_ms", "margin_ms"},
+    "storage": {"nvm_bytes", "kept", "found", "erases", "programs", "reads", "written_bytes", "restarts"},
+    "can": {"frames", "bus_load", "bus_load_max", "lost", "refused", "dropped"},
     "cleaning": {"coverage", "overlap", "robot_s"},
     "update": {"robot_s", "full_robot_s", "regions_rebuilt"},
     "hash": {"steps", "map"},

@@ -18,7 +18,7 @@ def cache(monkeypatch, tmp_path):
 
 
 def core(monkeypatch, number):
-    monkeypatch.setattr(unix_core, "_linked", lambda: "def main(path):\n    return %d\n" % number)
+    monkeypatch.setattr(unix_core, "_linked", lambda entry: "def main(path):\n    return %d\n" % number)
     return unix_core.boot_file(VM)
 
 

@@ -4,6 +4,7 @@
 import random
 import zlib
 
+import numpy as np
 from hypothesis import strategies as st
 
 from protocol import schema
@@ -13,6 +14,7 @@ RANGES = {
     "u8": (0, 255), "i8": (-128, 127), "u16": (0, 65535), "i16": (-32768, 32767),
     "u32": (0, 2**30 - 1), "i32": (1 - 2**30, 2**30 - 1), "p10": (0, 1023),
 }
+CHUNK = 1 << 16
 SIZES = {"u8": 1, "i8": 1, "u16": 2, "i16": 2, "u32": 4, "i32": 4, "p10": 10}
 EPOCH_FREE = (0x01, 0x02, 0x03, 0x04)
 
@@ -128,3 +130,10 @@ def corrupted(rng, data):
 def seeded(seed):
     print("seed", seed)  # pytest shows it when the test fails
     return random.Random(seed)
+
+
+def random_chunks(seed, count):
+    """bytearrays of 64 KB. Each third has small numbers only: more delimiters, and COBS that holds."""
+    draw = np.random.default_rng(seed)
+    for number in range(count):
+        yield bytearray(draw.integers(0, 32 if number % 3 == 1 else 256, CHUNK, np.uint8).tobytes())

@@ -1,11 +1,15 @@
 # The log of a link: whatever happens to its bytes, what is whole comes back, in order.
 
+import zlib
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol import schema
 from protocol.log import MAGIC, MARK, MARK_EVERY_BYTES, LogError, LogReader, LogWriter, Record
+from tests.fuzz.file_targets import ENDS, SOUND, log
+from tests.host_tools.recorded import wander
 
 frames = st.lists(st.tuples(st.integers(0, 10**10), st.sampled_from((schema.DOWN, schema.UP)), st.binary(max_size=105)), max_size=60)
 
@@ -56,6 +60,48 @@ def test_a_writer_killed_at_any_byte_loses_its_last_record_only(items, data):
     assert len(written(items[:len(found)])[0]) + reader.left_over == cut
 
 
+@pytest.mark.parametrize("size", [1, 7])
+def test_a_log_of_a_mission_cut_at_every_byte_has_every_whole_record(size):
+    data, frames = wander().log(), wander().frames
+    reader, found, borders = LogReader(), [], 0
+    for at in range(0, len(data), size):    # what a reader knows here is what it knows of a file that ends here
+        found += [record.frame for record in reader.feed(data[at:at + size])]
+        if reader.damage == "":
+            borders += 1
+            continue
+        if reader.told is not None:
+            assert reader.damage == "breaks off at byte %d, in the middle of record %d" % (
+                min(at + size, len(data)) - reader.left_over, len(found) + 1)
+        else:
+            assert reader.damage == "ends within its head" and not found
+    assert found == [raw for _, raw in frames] and reader.damage == "" and reader.damaged_at is None
+    assert borders > len(frames) / size / 2
+
+
+def test_a_short_log_cut_at_every_byte_is_read_anew_each_time():
+    ends = [end for end, _, _ in ENDS]
+    for cut in range(len(SOUND) + 1):
+        reader, found = read(SOUND[:cut])
+        assert len(found) == sum(end <= cut for end in ends) and reader.damaged_at is None, cut
+        assert [record.frame for record in found] == [raw for _, _, raw in ENDS[:len(found)]]
+
+
+@given(st.lists(st.tuples(st.integers(0, 65535), st.integers(0, 3), st.integers(0, 255)), min_size=1, max_size=6))
+def test_bytes_changed_taken_out_put_in_or_there_twice_are_located(edits):
+    # The target of the fuzzer says what must hold.
+    log(bytes((1,)) + b"".join(place.to_bytes(2, "little") + bytes((what, byte)) for place, what, byte in edits))
+
+
+@pytest.mark.parametrize("back, noticed", [(490, 0), (500, 500)])   # in the middle of a record; ten whole records: at the marker behind
+def test_what_is_there_twice_is_told_and_nothing_counted_as_lost(back, noticed):
+    data, records = long_log()
+    first = data.index(MARK, data.index(MARK) + 1)
+    again = data[:first + 36] + data[first - back:]
+    reader, found = read(again)
+    assert reader.damaged_at == first + 36 + noticed and reader.lost == 0 and set(found) >= set(records[:reader.sound])
+    assert found[-1] == records[-1]
+
+
 def test_a_marker_stands_in_every_64_kilobytes():
     data, _ = long_log()
     places, at = [], data.find(MARK)
@@ -89,10 +135,17 @@ def test_any_bytes_behind_the_head_are_survived(noise):
     assert found == LONG_RECORDS and reader.damaged == bool(noise)
 
 
+def headed(told):
+    head = MAGIC + len(told).to_bytes(4, "little") + told
+    return head + zlib.crc32(head).to_bytes(4, "little")
+
+
 @pytest.mark.parametrize("data, sentence", [
     (b"PK\x03\x04 something else", "no log of a TVSLAM link"),
     (MAGIC + b"\xff\xff\xff\xff", "claims a length"),
     (MAGIC + b"\x02\0\0\0{}\0\0\0\0", "check sum is wrong"),
+    (headed(b"{}"), "not understood"), (headed(b"[" * 9000), "not understood"), (headed(b"\xff"), "not understood"),
+    (headed(b'{"messages": [], "parameters": [1]}'), "not understood"),
 ])
 def test_another_file_is_named(data, sentence):
     with pytest.raises(LogError, match=sentence):

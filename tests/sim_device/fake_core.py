@@ -42,7 +42,7 @@ class FakeCore:
         os.write(self.fd, bytes(self.link.tx[:self.link.tx_len]))
 
     def hello(self):
-        self.link.send_hello(1, 2, 0, 1, len(parameters.PARAMETERS), 196608, 60000, 40000)
+        self.link.send_hello(1, 2, 0, 0, len(parameters.PARAMETERS), 196608, 60000, 40000)
         if self.options.fault == "old_schema":
             self.link.out[2] ^= 1
             self.link.send(ID["HELLO"])
@@ -84,6 +84,10 @@ class FakeCore:
         pass
 
     def on_identify(self, values):
+        if values[0] == 3:
+            return self.send("LINK", *list(self.link.counters)[:13])
+        if values[0] == 4:
+            return self.send("IDENTITY", 4, values[1], 0, 0)    # it does not tell its schema
         self.hello()
 
     def on_ping(self, v):
@@ -96,6 +100,9 @@ class FakeCore:
             status = schema.PARAM_OUT_OF_RANGE
         if self.options.fault == "loses" and self.seen.setdefault((v[0], v[1]), 0) == 0 and row[0] in ("track", "dock_x"):
             self.seen[v[0], v[1]] = 1
+            self.flush = lambda: None
+            self.on_param_set(v)
+            del self.flush
             return
         if status == schema.PARAM_OK:
             self.parameters[v[0], v[1]] = v[2]
@@ -108,36 +115,39 @@ class FakeCore:
         if fault == "deaf":
             time.sleep(60)
         if fault == "restarts":
-            self.link = Link(boot_id=self.options.boot_id + 1)
+            self.options.at = None
+            self.link, self.last_step = Link(boot_id=self.options.boot_id + 1), step - 1
             return self.hello()
-        if fault == "loses" and self.last_step < step:
-            self.execute(step)
-            return  # executed, but the answer is lost: the host asks again
-        if step == self.last_step:
-            self.link.resend_kept()
-            return self.flush()
         self.execute(step)
-        self.flush()
+        if fault != "loses":
+            self.flush()  # else executed, but the answer is lost: the host asks again, and the link has it retained
+        if step % 5 == 0:
+            self.tell(step)
 
     def execute(self, step):
         assert step == self.last_step + 1, (step, self.last_step)
         self.last_step = step
         self.executed += 1
-        if step % 5 == 0:
-            self.send("POSE", step, step * 100, 0, 0, 0, 0, 0, states.FOLLOW, 0, step, 3, 7, 1, 0)
-            self.send("VECTOR", step % 40, 0, 0, step % 100, 2, 3, 4, 5)
         done = step >= self.options.steps
         state = states.FOLLOW if not done else states.FAILED if self.options.fault == "fails" else states.DONE
+        if self.options.fault == "odd_state" and not done:
+            state = 200
         for i, value in enumerate((step, 60, 80, state, 0, step & 0xFFFF)):
             self.link.out[i] = value
         self.link.send(ID["STEP_RSP"])
-        self.link.keep()
+
+    def tell(self, step):
+        self.send("POSE", step, step * 100, 0, 0, 0, 0, 0, states.FOLLOW, 0, step, 3, 7, 1, 0)
+        self.send("VECTOR", step % 40, 0, 0, step % 100, 2, 3, 4, 5)
 
     def on_status(self, v):
         done = self.last_step >= self.options.steps and self.options.fault != "fails"
         reason = states.REASON_CLOSED if done else states.REASON_STUCK if self.options.fault == "fails" else states.REASON_NONE
         self.send("STATUS_RSP", self.last_step, states.DONE if done else states.FOLLOW, int(done), reason, 0,
                   self.executed & 0xFFFF, 0, 0, 0, 30, 10, 0, 1234, 196608, 60000, 1, 0, 0, 0)
+
+    def on_nvm_done(self, v):
+        self.send("NVM", 0, schema.NVM_NOTHING, 0, 0, 0, 0)
 
     def on_map_info(self, v):
         if self.options.fault == "no_map":

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from protocol.messages import BY_NAME
 from sim_device import free_run
 from sim_device.free_run import MARGIN_MAX_S, TICK_MS, TICK_S, FreeRun
-from sim_device.links.peer import PeerError
+from sim_device.links.peer_errors import PeerError
 
 WAY_S = 0.0004
 STEP_RSP, PONG = BY_NAME["STEP_RSP"], BY_NAME["PONG"]
@@ -23,6 +23,7 @@ class Staged:
         self.delays_s, self.stalls_s = delays_s, dict(stalls_s)
         self.newest, self.resent, self.coming = {}, 0, []
         self.sent_s, self.came_s = {}, {}
+        self.resets = ()        # numbers of the steps at which the core was reset
         self.link = SimpleNamespace(encode_step=lambda values: ("STEP", values[0]), encode=lambda ping: ("PING", ping.token))
 
     def monotonic(self):
@@ -69,8 +70,12 @@ class Staged:
         answer = self.newest.get(STEP_RSP)
         return answer if answer is not None and answer[0] == step else None
 
-    def silent(self, step, dead_s):
-        return PeerError("STEP %d, %g s" % (step, dead_s))
+    path = "the stage"
+
+    @property
+    def resetting(self):
+        number = max(self.sent_s)
+        return number in self.resets and self.now_s < self.came_s[number] - WAY_S
 
 
 # Notes when it was driven and how fast; touches something now and then.
@@ -84,9 +89,10 @@ class Robot:
         self.body.bump = 4 if len(self.driven) % 7 == 0 else 0
 
 
-def staged_run(monkeypatch, delays_s, stalls_s=(), drift=0.0):
+def staged_run(monkeypatch, delays_s, stalls_s=(), drift=0.0, resets=()):
     """(staged, robot, free, [values of each STEP]): the session's loop, as long as there are delays."""
     staged = Staged(delays_s, stalls_s, drift)
+    staged.resets = resets
     monkeypatch.setattr(free_run, "time", staged)
     robot, told = Robot(staged), []
     free = FreeRun(staged, robot)
@@ -147,5 +153,14 @@ def test_the_margin_follows_the_way_and_the_worst_answer_is_kept(monkeypatch):
 
 
 def test_silence_ends_it(monkeypatch):
-    with pytest.raises(PeerError, match="STEP 3, 3 s"):
+    with pytest.raises(PeerError, match="STEP 3 for 3 s"):
         staged_run(monkeypatch, [0.001, 0.001, 60.0])
+
+
+def test_while_the_core_is_reset_the_robot_stands_and_waits_longer(monkeypatch):
+    _, robot, free, _ = staged_run(monkeypatch, [0.001] * 5 + [9.0] + [0.001] * 3, resets=(6,))
+    speeds = [speed for _, speed in robot.driven]
+    assert 440 < free.late_answers < 460 and speeds[:5] == [0, 1, 2, 3, 4]
+    assert set(speeds[5:5 + free.late_answers]) == {0} and speeds[-2:] == [7, 8]
+    with pytest.raises(PeerError, match="STEP 3 for 3 s"):
+        staged_run(monkeypatch, [0.001, 0.001, 60.0], resets=(3,))

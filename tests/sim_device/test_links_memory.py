@@ -7,7 +7,7 @@ import pytest
 from protocol.host_link import HostLink
 from sim_device import cli
 from sim_device.links.memory import MemoryLink
-from sim_device.links.peer import PeerError
+from sim_device.links.peer_errors import PeerError
 from sim_device.links.pty import LinkError
 
 CORE = "firmware_py.device:Device"
@@ -30,7 +30,7 @@ def test_a_core_that_is_none_is_named():
 @pytest.fixture
 def broken(tmp_path):
     (tmp_path / "broken_core.py").write_text(
-        "class Core:\n    def __init__(self, port, boot_id):\n        pass\n    def hello(self):\n        pass\n"
+        "class Core:\n    def __init__(self, port, boot_id):\n        pass\n    def greet(self):\n        pass\n"
         "    def receive(self, buf, size):\n        raise ZeroDivisionError('by nothing')\n")
     yield str(tmp_path)
     sys.path.remove(str(tmp_path))

@@ -8,12 +8,14 @@ import zlib
 
 import pytest
 
-from protocol import schema
+from protocol import schema, schema_hash
+from protocol.dialect import dialect_of
 from protocol.frame_reader import BOTH
 from protocol.host_link import HostLink
 from protocol.link import Link
 from protocol.messages import BY_NAME
 from sim_device.links.tap import Taps, wire
+from tests.protocol.edited_schema import told
 
 M = BY_NAME
 
@@ -25,7 +27,7 @@ def raw(message, up=True):
 
 
 def hello(boot_id=5):
-    return M["HELLO"](1, 1, 2, 3, 4, 5, boot_id, 0, 96, 4, 2, 0, 9, 26, 1000, 900, 100)
+    return M["HELLO"](1, 1, *schema_hash.halves(), 4, 5, boot_id, 0, 96, 4, 2, 0, 9, 26, 1000, 900, 100)
 
 
 def vector(index, x):
@@ -201,3 +203,19 @@ def test_without_taps_nothing_is_kept():
     taps.service(1.0)
     taps.close()
     assert taps._passing == [] and taps._hello is None
+
+
+def test_items_that_a_core_of_another_schema_counts_without_end_do_not_gather(tmp_path):
+    new = told()
+    index = next(field for row in new["messages"] if row[1] == "VECTOR" for field in row[4] if field[0] == "index")
+    index[1] = "u32"
+    theirs = dialect_of(new)
+    kind = theirs.by_name["VECTOR"]
+    taps = Taps([str(tmp_path / "tap")])
+    taps.speaks(theirs)
+    for item in range(10):
+        taps.frame(raw(kind(item << 16 | 7, *[0] * (len(kind.FIELDS) - 1))))
+    assert len(taps._introduction()) == 1
+    taps.frame(raw(kind(8, *[0] * (len(kind.FIELDS) - 1))))
+    assert len(taps._introduction()) == 2
+    taps.close()

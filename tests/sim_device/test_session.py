@@ -14,6 +14,7 @@ from protocol import schema
 from protocol.parameters import PARAMETERS
 from sim_device.home import load_home
 from tests.sim_device.fake_core import MAP
+from tests.sim_device.faulty_mission import mission
 from tests.sim_device.lockstep import PROJECT, Lockstep, messages, read_log
 
 TRUTH_BYTES = 28
@@ -33,8 +34,8 @@ def test_a_mission_ends_with_a_map_a_log_and_the_truth(story, tmp_path):
     names = [event["event"] for event in events]
     assert names[:2] == ["ready", "start"] and names[-1] == "end" and set(names[2:-1]) == {"progress"}
     end = events[-1]
-    assert end["finished"] and end["steps"] == 300 and end["reason"] == "outline closed" and end["resent"] == 0
-    assert not any(end["dropped"].values())
+    assert end["finished"] and end["steps"] == 300 and end["reason"] == "outline closed"
+    assert not any(count for cause, count in end["dropped"].items() if cause != "answered_twice")
     assert files[2].read_bytes() == MAP and end["map_bytes"] == len(MAP)
     assert files[1].stat().st_size == 300 * TRUTH_BYTES
     reader, records = read_log(files[0])
@@ -42,7 +43,7 @@ def test_a_mission_ends_with_a_map_a_log_and_the_truth(story, tmp_path):
     assert reader.told["home"] == "studio" and reader.told["messages"][0][1] == schema.MESSAGES[0][1]
     told = messages(records)
     assert [m.step for m in told if m.NAME == "STEP"] == list(range(1, 301))
-    assert [m.step for m in told if m.NAME == "STEP_RSP"] == list(range(1, 301))
+    assert list(dict.fromkeys(m.step for m in told if m.NAME == "STEP_RSP")) == list(range(1, 301))
     assert core.poll() in (None, 0), "nobody ends the core but itself"
     assert story.names_left() == []
 
@@ -62,7 +63,7 @@ def test_what_is_lost_is_asked_for_again_and_changes_nothing(story, tmp_path):
         code, events, _ = story.run("--truth", str(tmp_path / name), core=core)
         assert code == 0
         assert events[-1]["status"]["steps_lo"] == 120, "a repeated step is executed once"
-        assert events[-1]["resent"] == (0 if name == "calm" else 3)
+        assert events[-1]["resent"] >= (0 if name == "calm" else 3)
         truths.append((tmp_path / name).read_bytes())
         story.processes[-2].kill()
         story.processes[-2].wait()
@@ -72,7 +73,6 @@ def test_what_is_lost_is_asked_for_again_and_changes_nothing(story, tmp_path):
 @pytest.mark.parametrize("fault, sentence", [
     ("closes", "the core has closed {link} while it was in use"),
     ("deaf", "the core on {link} has not answered STEP 100 for 3 s"),
-    ("restarts", "has started anew in the middle"),
     ("refuses", "refused parameter track[0] ="),
     ("old_schema", "message schema is"),
     ("garbage", "but no frame of this protocol"),
@@ -88,6 +88,25 @@ def test_a_core_that_fails_is_named_in_one_sentence(story, fault, sentence):
     assert story.names_left() == []
     if fault == "deaf":
         assert events[-1]["steps"] == 99 and events[-1]["resent"] >= 10
+
+
+def test_a_state_without_a_name_goes_by_its_number(story):
+    code, events, err = story.run("--max-robot-s", "2", core=("--fault", "odd_state"))
+    assert code == 1 and events[-1]["state"] == "state 200" and err == ""
+    assert "state 200" in {event["state"] for event in events if event["event"] == "progress"}
+
+
+def test_a_core_that_starts_anew_begins_its_mission_where_the_robot_stands(story, tmp_path):
+    code, events, err = story.run("--log", str(tmp_path / "log"), core=("--fault", "restarts", "--steps", 200))
+    assert (code, err) == (0, "")
+    assert [event["step"] for event in events if event["event"] == "restart"] == [100] and events[-1]["restarts"] == 1
+    told = messages(read_log(tmp_path / "log")[1])
+    hellos = [at for at, m in enumerate(told) if m.NAME == "HELLO"]
+    last_pose = [m for m in told[:hellos[-1]] if m.NAME == "POSE"][-1]
+    number = [row[0] for row in PARAMETERS].index("dock_x")
+    docks = [m.value for m in told if m.NAME == "PARAM_VALUE" and m.parameter == number]
+    assert docks[0] == 500000 and abs(docks[-1] - last_pose.x_um) < 40000
+    assert list(dict.fromkeys(m.step for m in told if m.NAME == "STEP_RSP")) == list(range(1, 201))
 
 
 def test_a_core_that_gives_up_is_no_failure_of_ours(story):
@@ -131,15 +150,49 @@ def test_an_interrupt_while_nobody_is_there(story):
     assert story.names_left() == []
 
 
-def test_a_full_disk_loses_nothing_that_was_written(story, tmp_path):
-    limit = 200_000
+def test_a_full_disk_ends_no_mission_and_loses_nothing_that_was_written(story, tmp_path):
+    limit = 100_000
     code, events, _ = story.run(
-        "--log", str(tmp_path / "log"), core=("--steps", 10**6),
+        "--log", str(tmp_path / "log"), "--log-rest", str(tmp_path / "rest"), core=("--steps", 3000),
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-    assert code == 3
-    assert "log cannot be written any further after %d bytes" % limit in events[-1]["sentence"]
+    end = events[-1]
+    assert (code, end["event"], end["finished"], end["steps"]) == (3, "end", True, 3000) and end["map_bytes"]
+    assert "log is incomplete: it could not be written any further after %d bytes: File too large" % limit in end["incomplete"]
     reader, records = read_log(tmp_path / "log")
-    assert reader.damaged == 0 and len(records) > 3000 and reader.left_over < 300
+    assert reader.damaged_at is None and len(records) > 1500 and reader.left_over < 300
+    assert "breaks off at byte" in reader.damage
+    (tmp_path / "whole").write_bytes((tmp_path / "log").read_bytes() + (tmp_path / "rest").read_bytes())
+    reader, more = read_log(tmp_path / "whole")
+    assert more[:len(records)] == records and len(more) > 1.8 * len(records) and reader.damaged_at is None
+
+
+def test_two_missions_do_not_write_one_log(story, tmp_path):
+    story.core("--steps", 10**6)
+    first = story.sim("--log", str(tmp_path / "log"))
+    story.events_until(first, "progress")
+    before = (tmp_path / "log").stat().st_size
+    with Lockstep(tmp_path) as second:
+        second.link = tmp_path / "other"
+        code, events, _ = second.finish(second.sim("--log", str(tmp_path / "log")))
+    assert code == 2 and "is being written by another mission: give another name" in events[-1]["sentence"]
+    assert (tmp_path / "log").stat().st_size >= before
+    first.send_signal(signal.SIGINT)
+    assert story.finish(first)[0] == 130
+    assert read_log(tmp_path / "log")[0].damage == ""
+
+
+def test_a_killed_robot_leaves_a_log_up_to_a_moment_before(story, tmp_path):
+    log = tmp_path / "log"
+    story.core("--steps", 10**6)
+    sim = story.sim("--realtime", "--log", str(log))
+    story.events_until(sim, "progress")
+    time.sleep(1.0)
+    sim.kill()
+    sim.wait()
+    reader, records = read_log(log)
+    assert reader.damaged_at is None
+    steps = [message.step for message in messages(records) if message.NAME == "STEP"]
+    assert steps[-1] > 30, "a second was driven: 50 steps, of which the last quarter of a second may be missing"
 
 
 def test_real_time_is_fifty_steps_a_second(story):
@@ -210,3 +263,10 @@ def test_bad_input_is_one_sentence(tmp_path, arguments, sentence):
 def test_version():
     done = subprocess.run([sys.executable, "-m", "sim_device", "--version"], cwd=PROJECT, capture_output=True, text=True, timeout=30)
     assert done.returncode == 0 and done.stdout.startswith("sim_device ")
+
+
+def test_stores_that_were_not_told_of_are_asked_for():
+    # A mission of one step, and one on a line that lost half of them: telemetry is not repeated.
+    for steps, faults in ((1, ""), (60, "drop=0.2")):
+        got = mission(steps=steps, faults=faults).session
+        assert sorted(store.index for store in got.peer.stores.values()) == list(range(got.peer.hello.stores))

@@ -104,7 +104,7 @@ def test_two_targets_side_by_side(log, capsys, elf, micropython):  # noqa: F811
 
 
 @pytest.mark.parametrize("heap, code, word", [
-    ("120k", 2, "does not fit the STM32F205"), ("8k", 3, "ran out of heap on the emulated STM32; give --heap 24k or more."),
+    ("120k", 2, "does not fit the STM32F205"), ("8k", 3, "ran out of heap on the emulated STM32; give --heap 25k or more."),
 ])
 def test_a_heap_that_is_none_is_named(log, capsys, elf, heap, code, word):  # noqa: F811
     assert cli.main(["replay", str(log), "--target", "stm32", "--heap", heap]) == code

@@ -102,7 +102,7 @@ def test_the_hash_of_a_tree_goes_by_its_sources_alone(tmp_path):
 
 def test_the_manifest_holds_the_whole_core():
     frozen = set(stm32_core.modules(stm32_core.core_files(PROJECT)))
-    elsewhere = {"firmware_py/" + n for n in ("__main__.py", "main.py", "manifest.py", "ports/host.py", "ports/unix.py",
+    elsewhere = {"firmware_py/" + n for n in ("__main__.py", "main.py", "main_can.py", "manifest.py", "ports/host.py", "ports/unix.py",
                                               "main_board.py", "ports/machine.py", "ports/pins.py")}
     assert {name_of(p) for p in core_files()} - elsewhere <= frozen
     assert not any(name.startswith(("host_tools", "sim_device")) for name in frozen)

@@ -64,9 +64,7 @@ def locked():
         core.out[0] = step
         core.out[1] = -step
         check(core.send(STEP_RSP) > 0)
-        core.keep()
         check(core.send_error(1, 2, -3) > 0)
-        check(core.resend_kept() > 0)
         size = core.tx_len
         check(core.feed(core.tx, 0, size) == size and core.message_id == 0)  # our own echo
         check(core.counters[BAD_HEADER] == step + 1)

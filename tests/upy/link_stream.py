@@ -1,12 +1,13 @@
-# Feeds a file of bytes, in pieces of changing size, to a Link and prints the trace of what came out.
+# Feeds a file of bytes, in pieces of changing size, to a Link, answers PARAM_GET, and prints the trace of what came out.
 #   arguments: FILE BOOT_ID
 # The trace is a rolling hash over every message and counter, so that it fits without allocation.
 
 import sys
 from array import array
 
-from protocol.frame_reader import COUNTERS
+from protocol.frame_reader import COUNTERS, DUPLICATES
 from protocol.link import Link
+from protocol.tables import PARAM_GET, PARAM_VALUE
 
 state = array("i", [0, 0, 0])  # hash, messages, answers
 
@@ -43,14 +44,17 @@ def locked():
                 mix(link.message_id)
                 for k in range(link.count):
                     mix(link.values[k])
-            elif link.tx_len:
+                if link.message_id == PARAM_GET:
+                    link.out[2] = link.out[3] = 0
+                    link.send(PARAM_VALUE)  # retained where the question was reliable
+            if link.tx_len:
                 state[2] += 1
                 for k in range(link.tx_len):
                     mix(link.tx[k])
 
 
 def report():
-    print("hash", state[0], "messages", state[1], "answers", state[2], "epoch", link.epoch)
+    print("hash", state[0], "messages", state[1], "answers", state[2], "epoch", link.epoch, "again", link.counters[DUPLICATES])
     print([link.counters[k] for k in range(COUNTERS)])
 
 

@@ -1,16 +1,19 @@
-# firmware_py/ports/sight_viper.py against the loops of firmware_py/building/sight.py and passage.py, inside MicroPython, on random
-# maps, strips and places: chains of every kind, full ones that go on, coordinates up to the store's borders. Locked: neither may allocate.
+# firmware_py/ports/sight_viper.py against the loops that it stands for (in building/sight.py, building/passage.py and
+# storage/vector_store.py), inside MicroPython, on random maps, strips and places: chains of every kind, full ones that go on,
+# coordinates up to the store's borders. Locked: neither may allocate.
 
 from array import array
 
 from firmware_py.building import passage, sight
 from firmware_py.ports import sight_viper
+from firmware_py.storage import vector_store
 from firmware_py.storage.vector_store import VectorStore
 
 state = array("i", bytes(8))
 rounds = array("i", bytes(4))
 told = array("i", bytes(16))  # strips that met something, that met nothing, rounds that differed, gates found
 store = VectorStore()
+other = VectorStore()
 scopes = (array("i", bytes(36)), array("i", bytes(36)))
 
 
@@ -69,10 +72,32 @@ def beside(far):
     if a >= 0:
         told[3] += 1
     differ = a != b
-    passage.trace(store.xs, store.ys, begin, end, plain)
-    sight_viper.trace(store.xs, store.ys, begin, end, fast)
+    plain[2] = number(store.used)
+    plain[3] = begin
+    plain[4] = number(store.used)
+    plain[5] = store.chains
+    for i in range(9):
+        fast[i] = plain[i]
+    passage.trace(store.xs, store.ys, store.firsts, store.counts, store.kinds, plain)
+    sight_viper.trace(store.xs, store.ys, store.firsts, store.counts, store.kinds, fast)
     for i in range(9):
         differ = differ or plain[i] != fast[i]
+    return moved(begin, end) or differ
+
+
+def moved(to, begin):
+    # -> whether records are moved down in another way
+    for i in range(store.used):
+        other.xs[i] = store.xs[i]
+        other.ys[i] = store.ys[i]
+        other.sigmas[i] = store.sigmas[i]
+        other.flags[i] = store.flags[i]
+    vector_store.move_down(other.xs, other.ys, other.sigmas, other.flags, to, begin, store.used)
+    sight_viper.move_down(store.xs, store.ys, store.sigmas, store.flags, to, begin, store.used)
+    differ = False
+    for i in range(store.used):
+        differ = differ or store.xs[i] != other.xs[i] or store.ys[i] != other.ys[i]
+        differ = differ or store.sigmas[i] != other.sigmas[i] or store.flags[i] != other.flags[i]
     return differ
 
 
@@ -83,7 +108,7 @@ def draw(far):
         n = 1 + number(300) if number(4) == 0 else 1 + number(12)
         while n:
             n -= 1
-            store.append(number(far) - far // 2, number(far) - far // 2, 0, 0)
+            store.append(number(far) - far // 2, number(far) - far // 2, number(9), 0)
         if number(3) == 0:
             store.flags[store.used - 1] |= 8
 
