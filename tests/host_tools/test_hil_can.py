@@ -129,7 +129,8 @@ def test_the_monitor_of_cantools_shows_what_the_core_says(tmp_path):
     with running_hub(tmp_path, "core", "monitor") as (_, (core, monitor)):
         argv = [sys.executable, "-m", "cantools", "monitor", "-i", "slcan", "-c", monitor, DBC]
         shown, sender = b"", adapter(core)
-        with subprocess.Popen(argv, stdin=slave, stdout=slave, stderr=slave, env={**os.environ, "TERM": "xterm"}) as process:
+        size = {"TERM": "xterm", "LINES": "60", "COLUMNS": "120"}  # curses believes these two before it asks the terminal
+        with subprocess.Popen(argv, stdin=slave, stdout=slave, stderr=slave, env={**os.environ, **size}) as process:
             try:
                 end_s = time.monotonic() + 30
                 while not (b"FOLLOW" in shown and b"1234567" in shown) and time.monotonic() < end_s:
