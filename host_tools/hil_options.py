@@ -165,9 +165,11 @@ def _check_names(args, home_path, out_files):
     written = files + [("--out", os.path.join(args.out, file)) for file in out_files if args.out]
     for name, path in written:
         other = taken.get(os.path.realpath(path))
+        if name == "--out" and other == "--json" and os.path.basename(path) == "result.json":
+            continue  # it is the result file, both times
         if other is not None:
             raise UsageError("%s %s is the file of %s, which would be overwritten; give another name." % (name, path, other))
-        if name != "--out":  # which may hold the result file of --json
+        if name != "--out":
             taken[os.path.realpath(path)] = name
 
 

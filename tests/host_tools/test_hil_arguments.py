@@ -150,3 +150,12 @@ def test_a_log_that_is_being_written_is_left_alone(capsys, room, tmp_path):
         writer.flush()
         expect_refusal(capsys, [room, "--target", "cpython", "--log", str(log)], "--log", "is being written by another mission")
     assert log.read_bytes() == b"half of a mission"
+
+
+def test_the_result_file_may_lie_among_those_of_out(tmp_path):
+    # As `make demo` has it; any other file of --out is not the place for it.
+    out = str(tmp_path / "out")
+    argv = ["hil", "flat", "--target", "cpython", "--link", "memory", "--max-robot-s", "1", "--out", out]
+    assert main([*argv, "--json", os.path.join(out, "map.bin")]) == 2
+    assert main([*argv, "--json", os.path.join(out, "result.json")]) == 1  # not finished in a second
+    assert os.path.getsize(os.path.join(out, "result.json")) > 100
