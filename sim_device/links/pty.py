@@ -2,12 +2,9 @@
 
 import contextlib
 import errno
-import fcntl
 import os
 import select
-import struct
 import tempfile
-import termios
 import time
 import tty
 
@@ -126,8 +123,11 @@ class Pty:
         end_s = time.monotonic() + patience_s
         with contextlib.suppress(OSError):
             slave = os.open(self.name, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            unread = select.poll()
+            unread.register(slave, select.POLLIN)
             try:
-                while time.monotonic() < end_s and (not self.flush() or _unread(slave)):
+                # poll() waits for what the kernel still carries from one end to the other; FIONREAD does not count that.
+                while time.monotonic() < end_s and (not self.flush() or unread.poll(0)):
                     time.sleep(0.005)
             finally:
                 os.close(slave)
@@ -153,10 +153,6 @@ class Pty:
             pass
         os.close(self._master)
         self._master = -1
-
-
-def _unread(fd):
-    return struct.unpack("i", fcntl.ioctl(fd, termios.FIONREAD, b"\0\0\0\0"))[0]
 
 
 def _point(path, target):

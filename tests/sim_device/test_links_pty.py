@@ -1,6 +1,9 @@
 # The pty with a name: nobody there, somebody there, gone again; names that are in the way.
 
+import contextlib
 import os
+import threading
+import time
 import tty
 
 import pytest
@@ -69,6 +72,30 @@ def test_drain_waits_for_a_reader(pty):
     assert os.read(fd, 4096) == b"x" * 100
     pty.drain(5.0)  # returns at once, or the test's own time-out speaks
     os.close(fd)
+
+
+def test_what_is_on_its_way_when_we_close_is_read_first(tmp_path):
+    data = bytes(range(256)) * 12
+    for _ in range(300):
+        pty = Pty(str(tmp_path / "link"))
+        fd = far_end(pty)
+        heard = bytearray()
+        reader = threading.Thread(target=_read_late, args=(fd, heard))
+        reader.start()
+        assert pty.write(data)
+        pty.drain(5.0)
+        pty.close()
+        reader.join()
+        os.close(fd)
+        assert heard == data
+
+
+def _read_late(fd, heard):
+    time.sleep(0.003)
+    os.set_blocking(fd, True)
+    with contextlib.suppress(OSError):  # hung up
+        while data := os.read(fd, 65536):
+            heard += data
 
 
 def test_the_name_is_taken_away_at_the_end(tmp_path):
