@@ -194,6 +194,15 @@ def test_never_more_questions_are_out_than_answers_retained():
     assert window.full
 
 
+def test_an_answer_that_came_before_an_older_one_makes_no_room():
+    window = Window()
+    first, second = window.open(), window.open()
+    window.answered(second.seq, 0)
+    assert window.full and window.ack == 0
+    window.answered(first.seq, 0)
+    assert not window.full and window.ack == 2
+
+
 def test_the_buffers_are_what_the_specification_states():
     core = Link(BOOT_ID)
     assert [len(kept) for kept in core.kept] == [fr.WIRE_MAX] * 2 and len(core.tx) == fr.WIRE_MAX

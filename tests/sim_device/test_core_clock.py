@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sim_device.core_clock import JUMP_PAIRS, WRAP_MS, CoreClock
@@ -41,6 +41,7 @@ def error_ms(far, clock, host_s):
 
 
 @given(SEEDS, st.floats(0, WRAP_MS), st.floats(-0.01, 0.01), st.floats(0, 0.0003), st.integers(20, 150))
+@example(20, 0.0, 0.009765625, 1e-12, 20)
 def test_offset_and_drift_are_found_through_jitter(seed, offset_ms, drift, jitter_s, count):
     far, clock = Far(seed, offset_ms, drift, jitter_s), CoreClock()
     at_s = follow(far, clock, count)
