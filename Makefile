@@ -37,9 +37,9 @@ lint: $(VENV)/.ready-dev
 bench: $(VENV)/.ready-dev
 	@$(BIN)/python -m benchmarks
 
-# The same properties as in the tests with a hundred times the examples, and the long campaigns.
+# The same tests with thirty times the examples of each property, and the long campaigns.
 soak: $(VENV)/.ready-dev
-	@HYPOTHESIS_PROFILE=soak $(BIN)/python -m pytest $(TESTS) --timeout=0 -m "soak or not soak"
+	@HYPOTHESIS_PROFILE=soak $(BIN)/python -m pytest $(TESTS) --timeout=0 -m "soak or not soak" --numprocesses $(JOBS) --dist worksteal --durations=10
 
 # Coverage-guided fuzzing, SECONDS for each target. Findings: tests/fuzz/found, from where `make test` takes them.
 fuzz: $(VENV)/.ready-dev

@@ -5,6 +5,7 @@
 import random
 from dataclasses import dataclass
 
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from protocol.parameters import PARAMETERS
@@ -17,6 +18,11 @@ VALUES = HEAD + 3 * UWB_RECORDS_MAX
 
 IR_FAR = 60      # counts with nothing in reach
 IR_WALL = 330    # about 11 cm in front of the sensor: the wall beside the robot
+
+
+def examples(count):
+    """So many in `make test`, and as much more often in `make soak` as others: for a property that takes its time."""
+    return count * settings().max_examples // settings.get_profile("test").max_examples
 
 
 # So many ticks of one kind of nonsense; `seed` decides the details.

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.firmware_py.watched import watched
@@ -76,7 +76,6 @@ ANY = st.tuples(st.integers(-1000, 1000), st.integers(-1000, 1000), st.integers(
                 st.integers(0, 1 << 29), st.sampled_from((NEVER, 40)), st.booleans())  # fmt: skip
 
 
-@settings(max_examples=60)
 @given(st.lists(ANY, max_size=60), st.booleans())
 def test_no_way_and_no_measurement_make_a_number_too_big(work, calibrate):
     ekf = made(calibrate)

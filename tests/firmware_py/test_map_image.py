@@ -12,6 +12,7 @@ from host_tools.map_file import MapError, Records, decode_map, decode_records, e
 from protocol.map_code import ABOUT, EDGES, HEADER_BYTES, MAGIC
 from tests.firmware_py.floor_plans import Floor, crumbs_module, graph_module, image_module, image_of, rooms_in_a_row, storage, work_for
 from tests.firmware_py.test_partition import SHIPPED, plan
+from tests.strategies import examples
 
 ANYWHERE = st.integers(-32768, 32767)
 NEAR = st.integers(-300, 300)
@@ -73,7 +74,6 @@ def held(store, graph):
     )
 
 
-@settings(deadline=None)
 @given(maps())
 def test_any_map_comes_back_and_is_the_same_bytes_again(a_map):
     store, graph = a_map
@@ -86,7 +86,7 @@ def test_any_map_comes_back_and_is_the_same_bytes_again(a_map):
     assert data[:4] == MAGIC and data[-4:] == struct.pack("<I", zlib.crc32(data[:-4]))
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=examples(20))
 @given(maps(), st.lists(st.integers(0, 10**6), max_size=20))
 def test_every_byte_is_to_be_had_in_any_order(a_map, order):
     store, graph = a_map
@@ -97,7 +97,7 @@ def test_every_byte_is_to_be_had_in_any_order(a_map, order):
     assert image.size == len(whole) and [image.byte(i % image.size) for i in order] == [whole[i % image.size] for i in order]
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=examples(20))
 @given(maps(), st.data())
 def test_a_map_that_is_cut_or_changed_is_refused_in_one_sentence(a_map, data):
     whole = image_of(*a_map)

@@ -7,7 +7,7 @@ from hypothesis import example, given, settings
 from protocol import states
 from protocol.parameters import PARAMETERS
 from tests.firmware_py.core_run import WatchedTvslam, booted, feed, storage_of, stores_of
-from tests.strategies import KINDS, Segment, settings_of_a_robot, streams
+from tests.strategies import KINDS, Segment, examples, settings_of_a_robot, streams
 
 NAMES = [parameter[0] for parameter in PARAMETERS]
 UWB_SOURCE, ANCHOR_COUNT = NAMES.index("uwb_source"), NAMES.index("anchor_count")
@@ -50,7 +50,7 @@ def expect_answer_fits_its_message(core):
     assert 0 <= core.hash_lo <= 0xFFFF and 0 <= core.hash_hi <= 0xFFFF
 
 
-@settings(max_examples=settings().max_examples // 4)
+@settings(max_examples=examples(15))
 @given(settings_of_a_robot(), streams(max_segments=4))
 def test_the_same_stream_gives_the_same_hashes(parameters, segments):
     first = booted(WatchedTvslam, parameters)

@@ -8,12 +8,12 @@ from pathlib import Path
 from hypothesis import example, given, settings
 
 from tests.firmware_py.core_run import hashes_here, hashes_of
-from tests.strategies import Segment, settings_of_a_robot, streams
+from tests.strategies import Segment, examples, settings_of_a_robot, streams
 
 BUSY = [Segment("wander", 1500, 4), Segment("along_a_wall", 500, 5), Segment("extremes", 200, 6)]
 
 
-@settings(max_examples=settings().max_examples // 2)
+@settings(max_examples=examples(30))
 @given(settings_of_a_robot(), streams())
 @example([], BUSY)
 def test_micropython_gives_the_hashes_of_cpython_with_its_heap_locked(micropython, parameters, segments):

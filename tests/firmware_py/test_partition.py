@@ -10,6 +10,7 @@ from shapely import Polygon
 from sim_device.home import load_home
 from tests.firmware_py.floor_plans import UNIT_M, Floor, graph_module, rooms_in_a_row, storage, varied, work
 from tests.house.tree import PROJECT
+from tests.strategies import examples
 
 WIDTHS = st.lists(st.floats(1.6, 5), min_size=2, max_size=6)
 REAL = PROJECT.parent / "shared" / "homes"
@@ -20,7 +21,7 @@ def expect_a_region_a_room(floor, centres):
     assert sorted(found) == list(range(len(centres))) and floor.graph.region_count == len(centres), found
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=examples(25))
 @given(WIDTHS, st.floats(0.65, 1.05), st.floats(0.08, 0.35), st.floats(0.1, 0.9), st.integers(0, 99))
 def test_rooms_joined_by_doorways_are_regions(widths, door_m, wall_m, at, seed):
     outline, centres = rooms_in_a_row(widths, door_m, wall_m, at=at)
@@ -30,7 +31,7 @@ def test_rooms_joined_by_doorways_are_regions(widths, door_m, wall_m, at, seed):
     assert sum(floor.areas_m2()) == pytest.approx(Polygon(outline).area, rel=0.01, abs=0.1)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=examples(25))
 @given(WIDTHS, st.floats(1.4, 2.4), st.integers(0, 99))
 def test_a_wide_opening_is_no_doorway(widths, door_m, seed):
     outline, centres = rooms_in_a_row(widths, door_m)
@@ -38,7 +39,7 @@ def test_a_wide_opening_is_no_doorway(widths, door_m, seed):
     assert Floor(outline).build().graph.region_count == 1
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.floats(0.65, 1.1), st.floats(0.2, 1.3), st.integers(0, 99))
 def test_a_niche_is_no_room(width, depth, seed):
     outline = [(0, 0), (4, 0), (4, 3), (2 + width, 3), (2 + width, 3 + depth), (2, 3 + depth), (2, 3), (0, 3)]
@@ -152,7 +153,7 @@ ANY_RING = st.lists(st.tuples(st.integers(-32768, 32767), st.integers(-32768, 32
 NEAR_RING = st.lists(st.tuples(st.integers(-600, 600), st.integers(-600, 600)), min_size=3, max_size=30)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=examples(40))
 @given(st.one_of(ANY_RING, NEAR_RING), st.lists(st.one_of(ANY_RING, NEAR_RING), max_size=3), st.booleans())
 def test_any_map_however_tangled_comes_to_an_end(outline, barriers, is_open):
     floor = Floor([(x * UNIT_M, y * UNIT_M) for x, y in outline], [[(x * UNIT_M, y * UNIT_M) for x, y in ring] for ring in barriers])

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from tests.firmware_py.floor_plans import Floor
 from tests.firmware_py.watched import watched
+from tests.strategies import examples
 
 search_module, barriers_module, traveller = watched(
     "firmware_py.collection.search", "firmware_py.storage.barrier_list", "firmware_py.collection.traveller")
@@ -74,7 +75,7 @@ def seen_from(robot):
     return shapely.LineString(robot.driven).buffer(0.6) if len(robot.driven) > 1 else shapely.Point(robot.driven[0]).buffer(0.6)
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(WALLS_M, WALLS_M, st.data())
 def test_no_free_place_is_left_unseen(width, height, data):
     floor = room(width, height)
@@ -148,7 +149,7 @@ def test_a_barrier_out_of_reach_is_tried_twice_and_the_search_ends():
     assert robot.walls.count((6, 3)) == 2 and (2, 3) in robot.walls
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(st.integers(0, 7))
 def test_each_place_is_tried_once_though_few_can_be_reached(k):
     robot = Robot(room(5, 4, box(2, 1.5, 0.5, 0.5)), 0.5, 0.5, refuse=lambda x, y: round(10 * x) % 8 != k).run()

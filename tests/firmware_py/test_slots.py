@@ -16,6 +16,7 @@ from sim_device.nvm import SIZE, Nvm
 from tests.firmware_py.core_run import WatchedTvslam
 from tests.firmware_py.kept import Served, booted, core_with, fill_of, filled, kept, state
 from tests.firmware_py.puppet import NUMBERS
+from tests.strategies import examples
 
 HEAD = 18
 DATA_AT = schema.NVM_PIECE
@@ -25,7 +26,7 @@ def blank_state():
     return state(Tvslam())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25))
 @given(filled(), filled(), st.integers(0, 5))
 def test_a_record_is_loaded_as_it_was_kept(first, second, again):
     served = kept(first, kind=WatchedTvslam)
@@ -161,7 +162,6 @@ def test_a_write_in_another_order_is_found_out(monkeypatch, broken):
         test_power_lost_at_every_byte_of_a_write(1, 1)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**31), st.integers(1, 255))
 @example(0, 255)
 def test_a_byte_that_went_bad_costs_its_record_and_no_more(place, flip):
@@ -180,7 +180,7 @@ def test_a_byte_that_went_bad_costs_its_record_and_no_more(place, flip):
     assert state(loaded) == blank_state() and not loaded.slots.found and loaded.slots.ready
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30))
 @given(st.integers(0, 2**32), st.booleans())
 def test_any_memory_is_survived(seed, headed):
     nvm, data = Nvm(4096), random.Random(seed).randbytes(4096)

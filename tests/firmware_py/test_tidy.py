@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from shapely import LineString, Polygon
 
 from tests.firmware_py.watched import watched
+from tests.strategies import examples
 
 storage, tidy_module = watched("firmware_py.storage.vector_store", "firmware_py.building.tidy")
 
@@ -69,7 +70,6 @@ def test_the_ends_of_an_open_chain_stay():
 SPOT = st.tuples(st.integers(-400, 400), st.integers(-400, 400))
 
 
-@settings(deadline=None, max_examples=60)
 @given(st.lists(st.lists(SPOT, min_size=1, max_size=60), min_size=1, max_size=4))
 def test_any_map_keeps_its_chains_and_its_walls(chains):
     left, store = tidied(*chains)
@@ -80,7 +80,7 @@ def test_any_map_keeps_its_chains_and_its_walls(chains):
         assert (before[0], before[-1]) == (after[0], after[-1]) and len(after) >= min(len(before), 3)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=examples(40))
 @given(st.lists(st.tuples(st.integers(1, 99), st.integers(-2, 2)), max_size=30, unique_by=lambda spot: spot[0]), st.integers(-2, 2))
 def test_a_noisy_wall_moves_by_less_than_two_centimetres(spots, tilt):
     wall = [(0, 0), *((8 * x, y) for x, y in sorted(spots)), (800, tilt)]

@@ -13,12 +13,13 @@ from firmware_py.limits import NODES_MAX
 from host_tools.map_file import decode_map
 from tests.firmware_py.floor_plans import UNIT_M, Floor, graph_module, image_of, rooms_in_a_row, varied, way_module
 from tests.firmware_py.test_partition import SHIPPED, plan
+from tests.strategies import examples
 
 WIDTHS = st.lists(st.floats(1.6, 5), min_size=2, max_size=6)
 SEED = st.integers(0, 99)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=examples(25))
 @given(WIDTHS, st.floats(0.65, 1.05), SEED)
 def test_all_rooms_are_joined_and_no_edge_meets_a_wall(widths, door_m, seed):
     outline, centres = rooms_in_a_row(widths, door_m)
@@ -36,7 +37,7 @@ def test_all_rooms_are_joined_and_no_edge_meets_a_wall(widths, door_m, seed):
         assert region == floor.partition.region_of(x, y)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=examples(25))
 @given(WIDTHS, st.floats(0.65, 1.05), SEED)
 def test_the_first_nodes_are_the_middles_of_the_gates(widths, door_m, seed):
     outline, _, _ = varied(seed, 0.01, rooms_in_a_row(widths, door_m)[0], [], [])
@@ -105,7 +106,7 @@ def floor_and_places(luck):
     return Floor(outline, tables).build(), [(round(x / UNIT_M), round(y / UNIT_M)) for x, y in drawn if free.contains(Point(x, y))][:8]
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.randoms(use_true_random=False))
 def test_the_way_found_is_the_shortest(luck):
     floor, places = floor_and_places(luck)
@@ -122,7 +123,7 @@ def test_nearly_every_place_is_reached():
     assert len(lengths) > 100 and lengths.count(None) <= 0.02 * len(lengths), lengths.count(None)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.lists(st.tuples(st.integers(0, 400), st.integers(0, 400)), min_size=4, max_size=20, unique=True),
        st.lists(st.tuples(st.integers(0, 63), st.integers(0, 63)), max_size=128))
 def test_on_any_graph_the_way_is_the_shortest(places, links):

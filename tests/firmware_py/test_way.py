@@ -10,6 +10,7 @@ from shapely import LineString, Polygon
 
 from sim_device.home import load_home
 from tests.firmware_py.watched import watched
+from tests.strategies import examples
 
 vector_store, sight_module, way_module, graph_module = watched(
     "firmware_py.storage.vector_store", "firmware_py.building.sight", "firmware_py.building.way", "firmware_py.storage.region_graph")
@@ -72,7 +73,7 @@ PLACE = st.sampled_from([(x, y) for x in range(300, 8000, 350) for y in range(30
                          if Polygon(OUTLINE, [TABLE]).buffer(-210).contains(LineString([(x, y), (x + 1, y)]))])
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(PLACE, PLACE)
 def test_the_way_is_the_shortest_that_networkx_finds_over_the_same_corners(a, b):
     way = planner((4, OUTLINE), (5, TABLE))

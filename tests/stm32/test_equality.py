@@ -20,7 +20,7 @@ from tests.host_tools.test_hil_mission import SMALL, by_command, children_of, fi
 from tests.host_tools.test_hil_processes import alive, wait_until
 from tests.stm32.test_mission import HEAP, elf  # noqa: F401
 from tests.stories.streams import expect_equal
-from tests.strategies import settings_of_a_robot, streams
+from tests.strategies import examples, settings_of_a_robot, streams
 
 HOMES = ("vac_flat_d", "giraff_c", "tb3_house")
 
@@ -44,7 +44,7 @@ def fresh_core(elf):  # noqa: F811
 
 
 # Without shrinking: each try would drive the emulator, and the message names step and field as it is.
-@settings(max_examples=settings().max_examples // 4, phases=(Phase.explicit, Phase.reuse, Phase.generate))
+@settings(max_examples=examples(15), phases=(Phase.explicit, Phase.reuse, Phase.generate))
 @given(settings_of_a_robot(), streams(max_segments=4, max_ticks=120))
 @example([], WANDER)
 def test_any_stream_has_the_same_answers_on_the_cortex_m3(fresh_core, parameters, segments):
