@@ -113,11 +113,16 @@ class MissionBuilder:
         if step in self._seen:
             return
         self._seen.add(step)
+        self.goes_on()
         self._sent[step] = t_us
         self._steps.append((step, left, right))
         self._ir.append(ir)
         if records:
             self._reports.append((len(self._steps) - 1, records))
+
+    def goes_on(self):
+        """What the core has said of itself until now is not what it says at the end."""
+        self._status = None
 
     def answer(self, t_us, step, state):
         before = self._states.get(step - 1)

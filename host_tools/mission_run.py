@@ -149,7 +149,7 @@ class _Watch:
             self.error = event.get("sentence") or event.get("message") or text
             self.blames = event.get("blames", self.blames)
             self.end = event  # how far it came
-        elif kind == "schema":
+        elif kind in ("schema", "degraded"):
             self.progress.note(event["text"])
         elif kind == "reset":
             self.progress.note(event["text"])

@@ -88,6 +88,7 @@ class Recording:
                 ahead = message.step - self._step & STEP_MASK
                 if ahead == 1:
                     self._step = message.step
+                    self._end.goes_on()
                     asked.question(message, key)
                 elif 0 < ahead <= STEP_MASK - AGAIN_MAX:  # less is one more time what was not answered at once
                     self.damage = "it goes from step %d to step %d" % (self._step, message.step)

@@ -33,13 +33,14 @@ _BUMP = 12                  # in the values of STEP
 # returns at the next T, as Peer.step does but for the speeds, which are those of the tick that has
 # passed. Where the answer is not there at T, the robot is driven on here with the speeds that it had; it stands while the core is reset.
 class FreeRun:
-    def __init__(self, peer, robot):
+    def __init__(self, peer, robot, idle=lambda: None):
         self.clock = CoreClock()
         self.late_answers = 0       # ticks at whose end there was no answer
         self.late_answer_ms = 0.0   # the latest of them
         self.missed_ticks = 0       # the same, but the host itself had slept until after the next
         self._peer = peer
         self._robot = robot
+        self._idle = idle           # called once a tick, when the core has answered: it is idle until the next
         self._speeds = (0, 0)
         self._bump = 0
         self._at_s = None           # T of this tick
@@ -138,6 +139,7 @@ class FreeRun:
                 if came_s is None and step is not None and self._peer.answer(step) is not None:
                     came_s = now_s
                     self._ping()
+                    self._idle()
             if left_s <= 0:
                 return came_s
             if left_s < 0.001:

@@ -47,7 +47,7 @@ class PlainReport:
                 fields["hello"]["heap_bytes"], fields["hello"]["heap_used_bytes"]))
             for sentence in fields["storage"]:
                 self._say(sentence)
-        elif name == "schema":
+        elif name in ("schema", "degraded"):
             self._say(fields["text"])
         elif name == "reset":
             self._say(fields["text"] + ("" if fields["here"] else " Start the core anew."))

@@ -5,7 +5,7 @@ import time
 from array import array
 
 from protocol import parameters, schema, states
-from protocol.dialect import name_of
+from protocol.dialect import name_of, names_of_bits
 from protocol.messages import BY_NAME
 from sim_device.free_run import TICK_MS, FreeRun
 from sim_device.last_place import LastPlace
@@ -16,6 +16,7 @@ from sim_device.storage import Storage
 
 STEP_S = 0.02
 PROGRESS_S = 0.25
+HEALTH_STEPS = 500      # 10 s of robot time; then the core is asked what it thinks of itself
 ENDED = (states.DONE, states.FAILED)
 FIRST_STEP = 1
 _STATE = 3              # in a STEP_RSP
@@ -58,6 +59,7 @@ class Session:
         self._settings = {**(settings or {}), **({"tick_ms": [TICK_MS]} if realtime else {})}
         self._realtime = realtime
         self._place = LastPlace(robot.parameters())
+        self._degraded = set()
         self._free = None
         self._ticks_max = int(max_robot_s / STEP_S)
         self._stop = stop
@@ -112,7 +114,7 @@ class Session:
         self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()),
                            storage=self.storage.sentences(self.restarts > 0))
         if self._realtime:
-            self._free = FreeRun(self.peer, self.robot)
+            self._free = FreeRun(self.peer, self.robot, self._ask_health)
             self._free.join()
 
     def _start_again(self, hello):
@@ -131,9 +133,22 @@ class Session:
                 answer = (self._free or self.peer).step(values)
                 if answer[_STATE] == states.SAVE:
                     self.storage.serve(self.peer)
+                if self._free is None:
+                    self._ask_health()
                 return answer
             except Restarted as again:
                 self._start_again(again.hello)
+
+    def _ask_health(self):
+        """Now and then, where the core has nothing else to do: whoever watches sees it, and what is new of it is told."""
+        if self.now % HEALTH_STEPS:
+            return
+        said = names_of_bits(self.peer.link.names["degraded"], self.peer.ask(_STATUS(0), _STATUS_RSP).degraded)
+        new = [name for name in said if name not in self._degraded]
+        if new:
+            self._degraded.update(new)
+            self._report.event("degraded", step=self.now, names=new, text="The core says at step %d that it is degraded: %s." % (
+                self.now, ", ".join(new)))
 
     def summary(self, reason):
         """The end event's fields. `finished` is what the core says of itself."""

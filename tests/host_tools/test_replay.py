@@ -91,7 +91,7 @@ def test_a_log_with_other_telemetry_is_equal_and_says_so(written, replay):
 
 
 def test_the_hash_at_the_end_counts(written, replay):
-    code, result, out, _ = replay(written(changed("STATUS_RSP", 1, steps_hi=lambda v: v ^ 1)))
+    code, result, out, _ = replay(written(changed("STATUS_RSP", 2, steps_hi=lambda v: v ^ 1)))
     assert code == 1 and (result["first_difference"]["message"], result["first_difference"]["field"]) == ("STATUS_RSP", "steps_hi")
     assert result["hash"]["steps"] != result["log_hash"]["steps"] and "different at the end: STATUS_RSP steps_hi" in out
 

@@ -17,6 +17,7 @@ from protocol import parameters, schema, states  # noqa: E402
 from protocol.link import Link  # noqa: E402
 from protocol.messages import BY_NAME  # noqa: E402
 
+INFRARED = 1 << states.DEGRADED.index("infrared")
 ID = {name: message.ID for name, message in BY_NAME.items()}
 MAP = bytes(range(256)) * 3
 MAP += zlib.crc32(MAP).to_bytes(4, "little")  # as the map's own layout ends
@@ -143,7 +144,8 @@ class FakeCore:
     def on_status(self, v):
         done = self.last_step >= self.options.steps and self.options.fault != "fails"
         reason = states.REASON_CLOSED if done else states.REASON_STUCK if self.options.fault == "fails" else states.REASON_NONE
-        self.send("STATUS_RSP", self.last_step, states.DONE if done else states.FOLLOW, int(done), reason, 0,
+        degraded = INFRARED if self.options.fault == "ill" and self.last_step >= self.options.at else 0
+        self.send("STATUS_RSP", self.last_step, states.DONE if done else states.FOLLOW, int(done), reason, degraded,
                   self.executed & 0xFFFF, 0, 0, 0, 30, 10, 0, 1234, 196608, 60000, 1, 0, 0, 0)
 
     def on_nvm_done(self, v):

@@ -96,6 +96,14 @@ def test_a_state_without_a_name_goes_by_its_number(story):
     assert "state 200" in {event["state"] for event in events if event["event"] == "progress"}
 
 
+def test_what_the_core_says_of_itself_on_the_way_is_told_once(story, tmp_path):
+    code, events, err = story.run("--log", str(tmp_path / "log"), core=("--fault", "ill", "--at", "600", "--steps", "2100"))
+    assert (code, err) == (0, "")
+    assert [(event["step"], event["names"]) for event in events if event["event"] == "degraded"] == [(1000, ["infrared"])]
+    told = messages(read_log(tmp_path / "log")[1])
+    assert [m.step for m in told if m.NAME == "STATUS_RSP"] == [500, 1000, 1500, 2000, 2100]
+
+
 def test_a_core_that_starts_anew_begins_its_mission_where_the_robot_stands(story, tmp_path):
     code, events, err = story.run("--log", str(tmp_path / "log"), core=("--fault", "restarts", "--steps", 200))
     assert (code, err) == (0, "")
