@@ -23,6 +23,10 @@ CHUNK_BYTES = 512   # of a file at once: as text it is up to four times as long,
 ENOSPC, EROFS = 28, 30
 NO_MICROPYTHON = "press its reset button, close what else uses the port, and make sure that it is the board's."
 
+# A write that was broken off (mpremote's f and w) left its file open. Closed when its memory is next needed, it
+# would put back what it held over what is written until then.
+FORGET = "import gc\nf = w = None\ngc.collect()"
+
 # Runs on the board: prints (path, size, digest) of each file below the folders asked for, size -1 for a folder.
 # The digest is sha256 as text, else crc32 as a number, else None: not every board has the first, or even the second.
 LISTING = """
@@ -100,6 +104,7 @@ class Board:
             with self._asking(ENTER_S):
                 self._transport.serial.write_timeout = ANSWER_S
                 self._enter()
+                self._transport.exec(FORGET)
                 self.machine, self.mpy = self._ask("import sys\nprint((getattr(sys.implementation, '_machine', sys.platform), "
                                                    "getattr(sys.implementation, '_mpy', 0)))")
         except BaseException:

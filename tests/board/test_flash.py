@@ -96,8 +96,19 @@ def test_so_is_one_whose_program_was_killed(unix_board, project, flash):
             process.send_signal(signal.SIGKILL)
             break
     process.communicate()
-    code, out, _ = flash(unix_board)
-    assert code == 0 and 0 < out.count("copied  /") < len(sources()) - 10 and "core    runs" in out
+    code, out, err = flash(unix_board)
+    assert code == 0, err
+    assert 0 < out.count("copied  /") < len(sources()) - 10 and "core    runs" in out
+
+
+def test_a_file_that_was_left_open_spoils_nothing(unix_board):
+    with board.Board(unix_board.device) as there:
+        there._transport.exec("f=open('/half','wb')\nw=f.write")
+        there._transport.exec("w(b'half')")     # and whoever was at it is killed
+    with board.Board(unix_board.device) as there:
+        there.write("/half", b"whole")
+        there._transport.exec("f=w=0\nimport gc\ngc.collect()")
+        assert there.read("/half") == b"whole"
 
 
 @pytest.mark.parametrize("flash_kib", [40, 66])     # one that cannot hold it, one that seems to but for what littlefs needs
