@@ -7,6 +7,7 @@ from protocol.tables import (
     WELCOME, IDENTIFY, IDENTITY, PING, PONG, STEP, STEP_RSP, STATUS, STATUS_RSP, STORE,
     MAP_INFO, MAP_INFO_RSP, MAP_READ, MAP_DATA, NVM, NVM_DONE, PARAM_SET, PARAM_GET, PARAM_LIST, PARAM_VALUE, PARAM_INFO,
     ERROR_NOT_READY, ERROR_RANGE, ERROR_STALE, ERROR_STEP_ORDER, PARAM_OK, PARAM_UNKNOWN, PARAMETER_TEXT,
+    STATUS_BRIEF,
 )
 
 from .collection.states import BUILD
@@ -186,6 +187,7 @@ class Device:
         self.send(IDENTITY, identity_piece(section, offset, self.link.out))
 
     def _status(self):
+        brief = self.link.values[0] & STATUS_BRIEF  # before the answer takes its place
         core = self.core
         out = self.link.out
         out[0] = self.step_number
@@ -195,7 +197,7 @@ class Device:
         out[4] = core.degraded
         out[5] = core.hash_lo
         out[6] = core.hash_hi
-        whole = self._whole_image()
+        whole = not brief and self._whole_image()
         out[7] = core.image.crc[0] if whole else 0
         out[8] = core.image.crc[1] if whole else 0
         out[9] = core.closure.before_mm

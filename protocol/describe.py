@@ -103,7 +103,8 @@ def tables_text(messages=schema.MESSAGES):
     for name, data in zip(("CAN_MESSAGES", "CAN_OFFSETS", "CAN_SIZES", "CAN_FIRST", "CAN_BODIES"), dbc.tables(messages)):
         lines.append("%s = (%s)" % (name, wrapped(data)))
     lines.append("")
-    lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items()) if name.startswith(("ERROR_", "PARAM_", "NVM_"))]
+    lines += ["%s = %d" % (name, value) for name, value in sorted(vars(schema).items())
+              if name.startswith(("ERROR_", "PARAM_", "NVM_", "STATUS_"))]
     return "\n".join(lines) + "\n"
 
 

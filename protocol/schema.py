@@ -120,6 +120,9 @@ ERROR_RANGE = 3
 ERROR_STALE = 4         # MAP_READ of another generation; detail: today's generation
 ERROR_NOT_READY = 5     # MAP_INFO while the core is about to build the map: ask again; detail 0
 
+# STATUS.flags
+STATUS_BRIEF = 1        # no CRC of the map: the core need not code it for the answer, which takes as long as many steps
+
 # NVM.operation: what the core wants of the non-volatile memory
 NVM_NOTHING = 0
 NVM_READ = 1

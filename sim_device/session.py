@@ -143,7 +143,7 @@ class Session:
         """Now and then, where the core has nothing else to do: whoever watches sees it, and what is new of it is told."""
         if self.now % HEALTH_STEPS:
             return
-        said = names_of_bits(self.peer.link.names["degraded"], self.peer.ask(_STATUS(0), _STATUS_RSP).degraded)
+        said = names_of_bits(self.peer.link.names["degraded"], self.peer.ask(_STATUS(schema.STATUS_BRIEF), _STATUS_RSP).degraded)
         new = [name for name in said if name not in self._degraded]
         if new:
             self._degraded.update(new)

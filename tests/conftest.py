@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.strategies import EXAMPLES
+
 PROJECT = Path(__file__).resolve().parent.parent
 
 _COMMON = {"deadline": None, "print_blob": True, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
-settings.register_profile("test", max_examples=60, **_COMMON)
-settings.register_profile("soak", max_examples=1800, **_COMMON)
+settings.register_profile("test", max_examples=EXAMPLES, **_COMMON)
+settings.register_profile("soak", max_examples=30 * EXAMPLES, **_COMMON)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "test"))
 
 _COUNTED = "counted"

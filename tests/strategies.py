@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from protocol.parameters import PARAMETERS
 
+EXAMPLES = 60   # of a property in `make test`
+
 # The STEP layout: values[0] = step, 1 = left, 2 = right, 3..10 = infrared,
 # 11 = ultrasonic_mm, 12 = bump, 13 = number of UWB records, then anchor, strength_cdb, range_mm each.
 HEAD = 14
@@ -22,7 +24,7 @@ IR_WALL = 330    # about 11 cm in front of the sensor: the wall beside the robot
 
 def examples(count):
     """So many in `make test`, and as much more often in `make soak` as others: for a property that takes its time."""
-    return count * settings().max_examples // settings.get_profile("test").max_examples
+    return count * settings().max_examples // EXAMPLES
 
 
 # So many ticks of one kind of nonsense; `seed` decides the details.

@@ -145,6 +145,15 @@ def test_the_map_comes_in_pieces_and_its_checksum_is_zlibs(vectors):
     assert len(story.one("MAP_READ", info.generation, info.size).data) == 0
 
 
+def test_whoever_only_looks_in_makes_the_core_code_no_map():
+    story = Story()
+    with_a_map(story)
+    brief = story.one("STATUS", schema.STATUS_BRIEF)
+    assert (brief.map_lo, brief.map_hi) == (0, 0) and story.core.image.generation != story.core.vectors.generation
+    whole = story.one("STATUS", 0)
+    assert whole.map_lo | whole.map_hi << 16 and whole._replace(map_lo=0, map_hi=0, heap_used_bytes=0) == brief._replace(heap_used_bytes=0)
+
+
 def test_a_map_that_has_changed_since_is_stale():
     story = Story()
     now = story.core.vectors.generation
