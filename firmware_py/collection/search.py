@@ -8,6 +8,7 @@ from .traveller import ARRIVED, LOST
 _CELL_MM = const(370)          # the beams see 36 cm to the left of the centre and 42 cm to the right
 _OFF_MM = const(90)
 _NEAR_MM = const(270)          # who rolled along a wall has seen 56 cm from it
+_WALL_MM = const(220)          # from the second cell beside a course: so far the two of them see all between
 _BODY_MM = const(190)          # to the next wall, straight to a target
 _KNOWN_MM = const(130)         # nearer to a vector nothing is new
 _TURN_MM = const(300)          # a quarter turn costs as much as that way
@@ -144,7 +145,7 @@ class Search:
             b.drop(i)
 
     def passing(self, here):
-        # The cell that the robot is in, and from its middle the two beside its course: the next lane sees their other half.
+        # The cell that the robot is in, and from its middle the two beside its course.
         cell = self.cell_mm
         i = (here.x_mm - self.left_mm) // cell
         j = (here.y_mm - self.low_mm) // cell
@@ -152,13 +153,26 @@ class Search:
         if (here.heading_bam + 8192) & 0x4000:  # nearer to the y axis
             off = here.x_mm - self.left_mm - i * cell - cell // 2
             if -_OFF_MM < off < _OFF_MM:
-                self._mark(i + 1, j)
-                self._mark(i - 1, j)
+                self._mark_half(i, j, 1, 0)
+                self._mark_half(i, j, -1, 0)
         else:
             off = here.y_mm - self.low_mm - j * cell - cell // 2
             if -_OFF_MM < off < _OFF_MM:
-                self._mark(i, j + 1)
-                self._mark(i, j - 1)
+                self._mark_half(i, j, 0, 1)
+                self._mark_half(i, j, 0, -1)
+
+    def _mark_half(self, i, j, di, dj):
+        # Of the cell beside the course the near half is seen. The next lane, behind it, will see the other, or a wall there
+        # was rolled along; if all is seen behind it without a wall, there may be no such lane.
+        if self._is_seen(i + di, j + dj):
+            return
+        i += 2 * di
+        j += 2 * dj
+        if self._is_seen(i, j):
+            cell = self.cell_mm
+            if not self._known(self.left_mm + i * cell + cell // 2, self.low_mm + j * cell + cell // 2, _WALL_MM):
+                return
+        self._mark(i - di, j - dj)
 
     def next(self, x_mm, y_mm, heading_bam):
         # -> WAIT, BARRIER, PLACE or NOTHING
