@@ -57,26 +57,27 @@ def bisect(recording, ports, progress):
     run = SideBySide(recording, ports, with_log=False)
     telemetry, seconds = lead(run, progress, lambda: run.apart is not None or run.telemetry_apart is not None)
     figures = speed(run, seconds)
-    first, end, statuses = telemetry or run.apart, None, {}
+    first, end, statuses, maps = telemetry or run.apart, None, {}, {}
     if first is None:
         statuses = run.finish()
         first = run.telemetry_apart
     finding = Finding.of(run, first) if first is not None else None
     if finding is None:
-        end = at_the_end(run.now.step, statuses, {core.name: core.map_bytes() for core in run.cores})
+        maps = {core.name: core.map_bytes() for core in run.cores}
+        end = at_the_end(run.now.step, statuses, maps)
     result = {"log": recording.path, "targets": list(ports), "equal": finding is None and end is None, **figures,
               "hash": {name: hashes(status._asdict()) for name, status in statuses.items()}, "damage": recording.damage or None,
               "telemetry_messages": run.telemetry, "first_difference": finding.as_dict() if finding else end and end.as_dict()}
-    return result, _lines(result, recording, finding, end)
+    return result, _lines(result, recording, finding, end, any(maps.values()))
 
 
-def _lines(result, recording, finding, end):
+def _lines(result, recording, finding, end, mapped):
     rows = [("replayed", "%s on %s side by side" % (result["log"], ", ".join(result["targets"]))), ("", speed_text(result))]
     rows += [("hash", "%s   %s" % (hash_text(hash_), name)) for name, hash_ in result["hash"].items()]
     rows += [] if finding else log_rows(recording, result["steps"])
     if finding is None and end is None:
-        rows.append(("result", "no difference in %d answers, %d messages of telemetry and the map" % (
-            result["steps"], result["telemetry_messages"])))
+        rows.append(("result", "no difference in %d answers, %d messages of telemetry%s" % (
+            result["steps"], result["telemetry_messages"], " and the map" if mapped else "; there is no map yet")))
     else:
         rows.append(("first difference", finding.headline() if finding else "the end: " + end.names))
     return ["%-15s %s" % row for row in rows] + (finding.lines() if finding else difference_table(end) if end else [])

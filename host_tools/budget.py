@@ -32,14 +32,17 @@ def add_arguments(parser):
 def run(args):
     try:
         check_json(args.json)
-        figures = _searched(args) if args.search else _measured(args)
+        figures, lines = _searched(args) if args.search else _measured(args)
     except heap_search.DoesNotFit as error:
         print("budget: %s" % error, file=sys.stderr)
         return EXIT_NOT_FOUND
     except (CoreError, UsageError) as error:
         print("budget: %s" % error, file=sys.stderr)
         return getattr(error, "code", EXIT_USAGE)
-    return EXIT_OK if write_json("budget", args.json, figures) else EXIT_USAGE
+    written = write_json("budget", args.json, figures)  # first: whoever reads the lines may go before their end
+    for line in lines:
+        print(line)
+    return EXIT_OK if written else EXIT_USAGE
 
 
 def _measured(args):
@@ -48,15 +51,14 @@ def _measured(args):
         if args.target == "stm32":
             figures |= heap_ledger.figures(port, lambda text: print(text, file=sys.stderr, flush=True))
     lines = report(figures) + (heap_ledger.report(figures) if args.target == "stm32" else [])
-    print("\n".join(lines))
-    return figures
+    return figures, lines
 
 
 def _searched(args):
     if args.target != "stm32" or args.heap:
         raise UsageError("--search looks for the heap of --target stm32: give that, and no --heap.")
     missions, heap = heap_search.search(args.search, lambda text: print(text, flush=True))
-    return {"target": args.target, "heap_bytes": heap, "missions": missions}
+    return {"target": args.target, "heap_bytes": heap, "missions": missions}, []
 
 
 def measure(core, target):

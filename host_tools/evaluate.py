@@ -15,9 +15,9 @@ from host_tools.evaluation import ablation, growth, localisation, maps, table2
 from host_tools.evaluation.pool import RunError, figures_of
 from host_tools.evaluation.run import ended_well
 from host_tools.evaluation.section import Plan
-from host_tools.export import whole_file
 from host_tools.processes import signals_as_interrupt
 from host_tools.progress import Progress
+from host_tools.whole_file import whole_file
 from sim_device.home import HomeError, load_home
 
 FIGURES = {"5a": localisation.fig5a, "5b": localisation.fig5b, "6": localisation.fig6, "7": maps.fig7, "8": maps.fig8, "9": maps.fig9,

@@ -1,12 +1,12 @@
 """The files of --out. Those written here are replaced, others in the folder are left alone."""
 
-import contextlib
 import json
 import math
 import os
 
 from host_tools.result import tum_rows
 from host_tools.picture import draw_mission
+from host_tools.whole_file import whole_file, write_result
 
 FILES = ("map.geojson", "map.bin", "map.png", "estimate.tum", "truth.tum", "result.json")
 
@@ -29,31 +29,6 @@ def write_all(folder, home, mission, vector_map, result):
             file.write(mission.map_bytes)
     write_result(os.path.join(folder, "result.json"), result)
     return notes
-
-
-def write_result(path, result):
-    with whole_file(path) as beside, open(beside, "w", encoding="utf-8") as file:
-        file.write(json.dumps(result, indent=2, allow_nan=False) + "\n")
-
-
-@contextlib.contextmanager
-def whole_file(path):
-    """A name to write to, which becomes `path` once all is written: a full disk leaves the old file or none, never half of one."""
-    path = os.path.realpath(path)
-    beside = os.path.join(os.path.dirname(path), ".%d-%s" % (os.getpid(), os.path.basename(path)))
-    if os.path.exists(path) and not os.path.isfile(path):
-        beside = path  # a pipe or /dev/stdout: there is nothing to put in its place
-    try:
-        yield beside
-        if beside != path:
-            os.replace(beside, path)
-    except OSError as error:
-        error.filename = path  # a full disk names no file
-        raise
-    finally:
-        if beside != path:
-            with contextlib.suppress(OSError):
-                os.unlink(beside)
 
 
 def geojson(vector_map, name):

@@ -119,9 +119,10 @@ class LockstepCore(CoreSession):
                 for index in range(self.hello.stores)]
 
     def map_bytes(self):
-        info = self._need(BY_NAME["MAP_INFO"](0), "MAP_INFO_RSP")
+        """Empty where it has none: it is about to build it."""
+        info = self.ask(BY_NAME["MAP_INFO"](0), "MAP_INFO_RSP")
         data = b""
-        while len(data) < info.size:
+        while info is not None and len(data) < info.size:
             at = len(data)
             data += self._need(BY_NAME["MAP_READ"](info.generation, at), "MAP_DATA",
                                lambda got, at=at: got.offset == at and len(got.data) > 0).data

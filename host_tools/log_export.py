@@ -9,6 +9,7 @@ import sys
 
 from host_tools.hil_options import UsageError, check_file
 from host_tools.log_writers import CandumpWriter, CsvWriter, McapWriter
+from host_tools.processes import signals_as_interrupt
 from protocol.dialect import CODES, SchemaError, dialect_of
 from protocol.log import LogError, LogReader
 from protocol.messages import MessageError
@@ -27,7 +28,7 @@ def add_arguments(parser):
 
 def run(args):
     try:
-        with contextlib.ExitStack() as stack:
+        with signals_as_interrupt(), contextlib.ExitStack() as stack:
             reader = LogReader()
             records = _records(args.log, reader)
             first = next(records, None)     # the head is there, or it is no log

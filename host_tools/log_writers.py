@@ -6,8 +6,8 @@ import json
 import os
 
 from host_tools.differences import as_json
-from host_tools.export import whole_file
 from host_tools.hil_options import UsageError
+from host_tools.whole_file import whole_file
 from protocol.can_cutter import CanCutter
 from protocol.host_link import stuff
 

@@ -12,6 +12,7 @@ import time
 from host_tools.monitor_foreign import plain_lines
 from host_tools.monitor_rows import plain_line, store_rows, summary
 from host_tools.monitor_session import EXIT_OK, MonitorSession, WatchEnded, end_of_mission
+from host_tools.processes import signals_as_interrupt
 from host_tools.terminal_port import PortError, TerminalPort
 
 READ_EVERY_S = 0.01     # a pty holds 4 KB, a mission at 100 times real time passes 300 KB/s
@@ -39,7 +40,7 @@ def add_arguments(parser):
 
 def run(args):
     try:
-        with TerminalPort.wait(args.port, args.wait, say) as port:
+        with signals_as_interrupt(), TerminalPort.wait(args.port, args.wait, say) as port:
             session = MonitorSession(port, args.wait)
             if args.plain or not sys.stdout.isatty():
                 return watch_plain(session, args.seconds)
@@ -51,7 +52,7 @@ def run(args):
         print(end.sentence, file=sys.stdout if end.code == EXIT_OK else sys.stderr, flush=True)
         return end.code
     except KeyboardInterrupt:
-        say("Stopped by Ctrl-C.")
+        say("Stopped.")
         return EXIT_OK
 
 

@@ -5,6 +5,8 @@ how a watch ends is monitor_session.py. A finished mission stays on the screen
 until q, so that its map can be looked at.
 """
 
+import asyncio
+import signal
 import time
 
 from rich.text import Text
@@ -68,6 +70,8 @@ class MonitorApp(App):
         yield Footer()
 
     def on_mount(self):
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):   # as q; an exception would come out of textual's midst
+            asyncio.get_running_loop().add_signal_handler(number, self.action_leave)
         self.set_interval(PUMP_EVERY_S, self._pump)
         self.set_interval(1 / self._rate_hz, self.draw)
         self.draw()

@@ -3,14 +3,14 @@
     recording = Recording(path)             LogUnusable: a sentence
     recording.before                        what was asked before the first step, as Ticks; parameters by today's numbers
     for tick in recording.ticks(): ...      up to the end or the first damage
-    recording.damage, .status, .map_bytes   known after that
+    recording.damage, .status, .map_bytes, .over    known after that
 """
 
 import os
 
 from host_tools.asked import Asked
 from host_tools.mission import MissionBuilder
-from protocol import schema
+from protocol import schema, states
 from protocol.dialect import SchemaError
 from protocol.host_link import RELIABLE
 from protocol.log import LogError, LogReader
@@ -21,7 +21,8 @@ from protocol.translation import of_log
 CHUNK_BYTES = 1 << 16
 TELEMETRY = ("POSE", "STORE", "VECTOR", "POINT")    # what does not depend on the machine
 NEEDED = ("STEP", "STEP_RSP", "PARAM_SET")
-AT_THE_END = ("STATUS_RSP", "MAP_INFO_RSP", "MAP_DATA")
+AT_THE_END = ("STATUS_RSP", "MAP_INFO", "MAP_INFO_RSP", "MAP_DATA")
+ENDED = (states.DONE, states.FAILED)
 # Questions that leave the core as it is. Every other reliable one is part of the mission: it is asked again in its turn.
 NO_PART = ("STATUS", "MAP_INFO", "MAP_READ", "PARAM_GET", "PARAM_LIST")
 OF_THE_CLOCK = ("tick_ms",)      # a free run's pace: a replay does not wait for it
@@ -47,6 +48,7 @@ class Recording:
         self._reader = LogReader()
         self._end = MissionBuilder()
         self._asked = Asked()
+        self._map_asked = False
         try:
             self._file = open(path, "rb")
             self.size_bytes = os.fstat(self._file.fileno()).st_size
@@ -65,8 +67,13 @@ class Recording:
 
     @property
     def status(self):
-        """The STATUS_RSP at the mission's end by its fields; None where the log has none."""
+        """The STATUS_RSP behind the last step by its fields; None where the log has none."""
         return self._ended().status
+
+    @property
+    def over(self):
+        """Whether the log goes to its mission's end. A core is asked for its STATUS on the way, too, for its map only then."""
+        return self.status is not None and (self._map_asked or self.status["state"] in ENDED)
 
     @property
     def map_bytes(self):
@@ -89,11 +96,13 @@ class Recording:
                 if ahead == 1:
                     self._step = message.step
                     self._end.goes_on()
+                    self._map_asked = False
                     asked.question(message, key)
                 elif 0 < ahead <= STEP_MASK - AGAIN_MAX:  # less is one more time what was not answered at once
                     self.damage = "it goes from step %d to step %d" % (self._step, message.step)
                     break
             elif name in AT_THE_END:
+                self._map_asked = self._map_asked or name == "MAP_INFO"
                 self._end.add(name, message._asdict())
             elif name in TELEMETRY:
                 asked.telemetry(message)
@@ -116,12 +125,17 @@ class Recording:
                 self._step = message.step
                 return
             if message.NAME == "HELLO":
+                if self._boot_id not in (None, message.boot_id):    # what the one before was told went with it
+                    self.before, self._asked = [], Asked()
                 self._boot_id = message.boot_id
             elif message.DIRECTION == schema.UP:
                 self.before += self._asked.answer(self._by_name(message), key)
-            elif message.NAME != "PARAM_SET" or PARAMETERS[self._by_name(message).parameter][0] not in OF_THE_CLOCK:
+            elif message.NAME not in NO_PART and not self._of_the_clock(message):
                 self._asked.question(self._by_name(message), key)
         raise LogUnusable("The log %s holds no step of a mission%s." % (self.path, ": " + self.damage if self.damage else ""))
+
+    def _of_the_clock(self, message):
+        return message.NAME == "PARAM_SET" and PARAMETERS[self._by_name(message).parameter][0] in OF_THE_CLOCK
 
     def _by_name(self, message):
         """A parameter may have got another number since."""

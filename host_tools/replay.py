@@ -4,7 +4,6 @@ Exit code 0 if every answer, the hash and the map are those of the log (as far a
 2 on bad arguments or a log that cannot be replayed, 3 when the core failed.
 """
 
-import json
 import os
 import sys
 import time
@@ -14,11 +13,12 @@ from host_tools.core_process import CoreError
 from host_tools.differences import at_the_end, robot_s
 from host_tools.finding import Finding, difference_table
 from host_tools.hil_options import UsageError, check_file
-from host_tools.mission import hashes
+from host_tools.mission import STEP_S, hashes
 from host_tools.processes import signals_as_interrupt
 from host_tools.progress import Progress
 from host_tools.recording import LogUnusable, Recording
 from host_tools.side_by_side import LOG, SideBySide, progress_text
+from host_tools.whole_file import write_result
 from protocol.messages import BY_NAME
 
 EXIT_EQUAL, EXIT_DIFFERENT, EXIT_USAGE = 0, 1, 2
@@ -51,8 +51,9 @@ def answered(command, args, compare):
     except CoreError as error:
         print("%s: %s" % (command, error), file=sys.stderr)
         return error.code
+    written = write_json(command, args.json, result)    # first: whoever reads the lines may go before their end
     print("\n".join(lines))
-    if not write_json(command, args.json, result):
+    if not written:
         return EXIT_USAGE
     return EXIT_EQUAL if result["equal"] else EXIT_DIFFERENT
 
@@ -100,7 +101,7 @@ def speed(run, seconds):
 
 def speed_text(result):
     return "%d steps, %.1f s of the robot, in %.1f s: %.0f steps/s, %.0f times real time" % (
-        result["steps"], result["robot_s"], result["seconds"], result["steps_per_s"], result["robot_s"] / result["seconds"])
+        result["steps"], result["robot_s"], result["seconds"], result["steps_per_s"], result["steps_per_s"] * STEP_S)
 
 
 def _end(recording, run, target, status):
@@ -131,7 +132,7 @@ def log_rows(recording, steps):
     """What a log that was replayed to its end did not hold."""
     if recording.damage:
         return [("damaged log", "%s; replayed up to there" % recording.damage)]
-    return [] if recording.status else [("log", "it ends at step %d, before its mission did" % steps)]
+    return [] if recording.over else [("log", "it ends at step %d, before its mission did" % steps)]
 
 
 def hash_text(hash_):
@@ -152,9 +153,7 @@ def write_json(command, path, result):
     if path is None:
         return True
     try:
-        with open(path, "w", encoding="utf-8") as file:
-            json.dump(result, file, indent=1)
-            file.write("\n")
+        write_result(path, result)
     except OSError as error:
         print("%s: %s cannot be written: %s." % (command, path, (error.strerror or str(error)).lower()), file=sys.stderr)
         return False

@@ -1,5 +1,6 @@
-"""A serial port or pseudo-terminal opened raw, with a sentence for each way it can fail."""
+"""A serial port or pseudo-terminal opened raw, with a sentence for each way it can fail, and left as it was."""
 
+import contextlib
 import errno
 import os
 import select
@@ -9,6 +10,7 @@ import tty
 
 STOP, SOFT_RESET = b"\r\x03", b"\x02\x04"     # to firmware_py/ports/machine.py (Ctrl-C), then to MicroPython's REPL
 STOP_S = 0.2
+WHOLE_SECONDS_S = 2.0   # some file systems keep no parts of one
 
 
 class PortError(Exception):
@@ -29,6 +31,7 @@ class TerminalPort:
         except OSError as error:
             raise PortError("%s cannot be opened: %s." % (path, _reason(error))) from None
         try:
+            found = termios.tcgetattr(fd)
             tty.setraw(fd, termios.TCSANOW)
         except termios.error:
             os.close(fd)
@@ -37,11 +40,12 @@ class TerminalPort:
         except OSError as error:
             os.close(fd)
             raise PortError("%s cannot be set to raw: %s." % (path, _reason(error))) from None
-        self._adopt(fd, path)
+        self._adopt(fd, path, found)
 
-    def _adopt(self, fd, path):
+    def _adopt(self, fd, path, found=None):
         self.path = path
         self.fd = fd
+        self._found = found     # the settings of the one who had it before
         self._poll = select.poll()
         self._poll.register(fd, select.POLLIN)
 
@@ -50,10 +54,10 @@ class TerminalPort:
         """Open `path`, which may not exist yet: `say` gets one sentence if there is something to wait for."""
         end = time.monotonic() + seconds
         said = False
-        while not os.path.exists(path):
+        while why := _missing(path):
             if time.monotonic() >= end:
-                raise PortError("%s does not exist%s: start `sim_device HOME --link ... --tap %s`, or give the name "
-                                "of a port that is there." % (path, " after %g s" % seconds if seconds else "", path))
+                raise PortError("%s %s%s: start `sim_device HOME --link ... --tap %s`, or give the name "
+                                "of a port that is there." % (path, why, " after %g s" % seconds if seconds else "", path))
             if not said and say is not None:
                 say("Waiting for %s (at most %g s; Ctrl-C ends)." % (path, seconds))
                 said = True
@@ -94,6 +98,9 @@ class TerminalPort:
 
     def close(self):
         if self.fd >= 0:
+            if self._found:
+                with contextlib.suppress(termios.error):    # the other end is gone, and its settings with it
+                    termios.tcsetattr(self.fd, termios.TCSANOW, self._found)
             os.close(self.fd)
             self.fd = -1
 
@@ -115,6 +122,31 @@ def start_anew(fd):
         os.write(fd, part)
         time.sleep(STOP_S)
         termios.tcflush(fd, termios.TCIFLUSH)   # the old core's last words
+
+
+def _missing(path):
+    """Why there is nothing to open by this name yet; "" if there is."""
+    if not os.path.exists(path):
+        return "does not exist"
+    return "is a name that an earlier robot has left (the terminal behind it is newer)" if _left_behind(path) else ""
+
+
+def _left_behind(path):
+    """Whether a robot that was killed has left this name, and the kernel has given the number behind it to a new terminal.
+
+    A terminal's own times only move on: its atime and mtime with use, its ctime with its mode. The oldest of them is not before
+    its birth, and not after it as long as one of them has not moved.
+    """
+    link = None
+    try:
+        while os.path.islink(path):
+            link, path = path, os.path.join(os.path.dirname(path), os.readlink(path))
+        if link is None or not path.startswith("/dev/pts/"):
+            return False
+        node = os.stat(path)
+        return min(node.st_atime, node.st_mtime, node.st_ctime) > os.lstat(link).st_mtime + WHOLE_SECONDS_S
+    except OSError:
+        return True     # it is being replaced at this moment: to be looked at once more
 
 
 def _reason(error):

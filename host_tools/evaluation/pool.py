@@ -7,8 +7,8 @@ import time
 
 from host_tools.core_process import packages_folder
 from host_tools.evaluation.run import kept
-from host_tools.export import write_result
 from host_tools.processes import Children
+from host_tools.whole_file import write_result
 
 LOOK_S = 0.1
 

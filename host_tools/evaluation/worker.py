@@ -14,13 +14,14 @@ from host_tools import hil_options
 from host_tools import result as scoring
 from host_tools.evaluation.larger_core import larger_core
 from host_tools.evaluation.run import FIGURES, from_dict
-from host_tools.export import geojson, whole_file, write_result
+from host_tools.export import geojson
 from host_tools.mission_log import LogError, read_mission
 from host_tools.mission_run import run_mission
 from host_tools.peers import batch, kalman, occupancy
 from host_tools.peers.odometry_steps import events
 from host_tools.processes import signals_as_interrupt
 from host_tools.score import HomeTruth
+from host_tools.whole_file import whole_file, write_result
 from sim_device.home import load_home
 
 TRACK_EACH = 5  # of the poses, one each 0.1 s

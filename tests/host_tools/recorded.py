@@ -3,17 +3,19 @@
 No assertion lives here.
 """
 
+import zlib
 from functools import lru_cache
 
 from host_tools.asked import Tick
 from host_tools.recording import TELEMETRY
 from protocol.log import LogWriter
-from protocol.messages import BY_NAME
+from protocol.messages import BY_ID, BY_NAME
 from tests.firmware_py.device_story import Story
 from tests.strategies import Segment, ticks_of
 
 MARK_EVERY = 300    # frames
-ASKED_AT = 250
+STEPS, ASKED_AT = 660, 250
+HEAD, CRC = 5, 4
 WANDER = (Segment("wander", 400, 4), Segment("along_a_wall", 200, 5), Segment("noise", 60, 6))
 STEP = BY_NAME["STEP"]
 
@@ -62,3 +64,36 @@ class Recorded:
 @lru_cache(maxsize=1)
 def wander():
     return Recorded([(0, 0, 1)], WANDER)
+
+
+def changed(name, nth, cut=lambda _number, _direction, raw: raw, **fields):
+    """A log in which the nth message of that name says something else, soundly framed."""
+    seen = 0
+
+    def change(number, direction, raw):
+        nonlocal seen
+        if cut(number, direction, raw) is None:
+            return None
+        if BY_ID[raw[3]].NAME != name:
+            return raw
+        seen += 1
+        if seen != nth:
+            return raw
+        message = BY_ID[raw[3]].unpack(raw[HEAD:-CRC])
+        body = message._replace(**{key: value(getattr(message, key)) for key, value in fields.items()}).pack()
+        frame = raw[:HEAD] + body
+        return frame + zlib.crc32(frame).to_bytes(4, "little")
+    return wander().log(change)
+
+
+def cut_behind(name, nth):
+    """The log up to the nth message of that name."""
+    at = [number for number, (_, raw) in enumerate(wander().frames) if BY_ID[raw[3]].NAME == name][nth - 1]
+    return lambda number, _, raw: raw if number <= at else None
+
+
+def sealed(name, seq, *fields):
+    kind = BY_NAME[name]
+    body = kind(*fields).pack()
+    raw = bytes((0x29 | kind.DIRECTION << 2, seq, 0, kind.ID, len(body) + 9)) + body
+    return kind.DIRECTION, raw + zlib.crc32(raw).to_bytes(4, "little")

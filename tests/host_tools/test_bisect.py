@@ -6,7 +6,11 @@ import time
 
 import pytest
 
+from host_tools import bisect as bisect_command
 from host_tools import cli
+from host_tools.progress import Progress
+from host_tools.recording import Recording
+from tests.firmware_py.device_story import Story as DeviceStory
 from tests.host_tools.recorded import wander
 from tests.host_tools.test_hil_mission import board
 
@@ -34,6 +38,22 @@ def log(tmp_path):
     return str(path)
 
 
+# A core on a port in this process, which says of its map what it says in BUILD.
+class BuildingCore(DeviceStory):
+    path = "here"
+
+    def __init__(self):
+        super().__init__(joined=False)
+        self.device._whole_image = lambda: False
+
+    def write(self, data):
+        self.give(data)
+
+    def read(self, timeout_s=0.0):
+        data, self.port.out = bytes(self.port.out), bytearray()
+        return data
+
+
 @pytest.fixture
 def bisect(project, tmp_path, log, capsys):
     """The command against a spoilt copy of the core: (exit code, result file, stdout, stderr, the copy's port)."""
@@ -58,6 +78,14 @@ def test_targets_that_agree(log, capsys, micropython, tmp_path):
     assert code == 0 and result["equal"] and result["first_difference"] is None, out
     assert list(result["hash"]) == ["cpython", "unix", "cpython #2"] and len({h["steps"] for h in result["hash"].values()}) == 1
     assert result["steps"] == 660 and result["telemetry_messages"] > 100 and "no difference in 660 answers" in out
+
+
+def test_cores_that_have_no_map_yet_agree(tmp_path):
+    path = tmp_path / "m.tvlog"
+    path.write_bytes(wander().log(lambda number, _, raw: raw if number < 200 else None))
+    result, lines = bisect_command.bisect(Recording(str(path)), {"a": BuildingCore(), "b": BuildingCore()}, Progress())
+    assert result["equal"] and result["first_difference"] is None
+    assert "no difference in" in lines[-1] and result["steps"] > 50 and lines[-1].endswith("; there is no map yet")
 
 
 def test_a_value_behind_the_hash_is_found_at_its_step_and_shown_by_name(bisect):

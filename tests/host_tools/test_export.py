@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 from host_tools.result import empty_result, evaluate, mission_map
-from host_tools.export import FILES, geojson, tum, whole_file, write_all, write_result
+from host_tools.export import FILES, geojson, tum, write_all
 from host_tools.map_file import KIND_BARRIER, KIND_OUTLINE, MapError, Records, decode_map, encode_map, encode_records
 from host_tools.mission_log import read_mission
 from host_tools.score import HomeTruth
+from host_tools.whole_file import whole_file, write_result
 from protocol.map_code import ABOUT, EDGES
 from tests.host_tools.score_cases import chain, home, rectangle, vector_map
 from tests.host_tools.synthetic_mission import DOCK, SyntheticMission
@@ -85,6 +86,37 @@ def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
     write_result(pipe, {"of": "this mission"})
     assert json.loads(os.read(reader, 1000)) == {"of": "this mission"} and pipe.is_fifo()
     os.close(reader)
+
+
+def test_where_nothing_can_be_put_in_the_place_it_is_written_to(tmp_path, monkeypatch):
+    read, write = os.pipe()
+    write_result("/dev/fd/%d" % write, {"of": "this mission"})      # `--json /dev/stdout | cat`, and the shell's >( )
+    assert json.loads(os.read(read, 1000)) == {"of": "this mission"}
+    os.close(read), os.close(write)
+    long = tmp_path / ("n" * 250)       # no room for the name beside; in a folder of others' it is the same
+    write_result(long, {"of": "this mission"})
+
+    def busy(*_):
+        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+    monkeypatch.setattr(os, "replace", busy)
+    mounted = tmp_path / "mounted"
+    mounted.write_text("of an earlier mission" * 9)
+    write_result(mounted, {"of": "this mission"})
+    for path in (long, mounted):
+        assert json.loads(path.read_text()) == {"of": "this mission"}
+    assert sorted(os.listdir(tmp_path)) == ["mounted", long.name]
+
+
+def test_a_full_disk_leaves_the_old_file_even_where_none_can_be_begun(tmp_path, monkeypatch):
+    path = tmp_path / "r.json"
+    path.write_text("of an earlier mission")
+
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    monkeypatch.setattr("builtins.open", full)
+    with pytest.raises(OSError) as caught:
+        write_result(path, {"of": "this mission"})
+    assert caught.value.filename == str(path) and path.read_text() == "of an earlier mission"
 
 
 def test_geojson_has_a_line_a_vector_with_its_properties():

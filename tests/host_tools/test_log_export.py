@@ -2,6 +2,8 @@
 
 import csv
 import json
+import os
+import signal
 import subprocess
 import sys
 from collections import Counter
@@ -10,6 +12,7 @@ import cantools
 import pytest
 
 from host_tools import cli
+from host_tools.log_writers import CsvWriter
 from protocol import schema
 from protocol.can_joiner import FRAME_MAX, CanJoiner
 from protocol.frame_reader import BOTH
@@ -140,6 +143,22 @@ def test_a_table_of_another_log_is_not_left_beside_those_of_this_one(export, log
         (tmp_path / "t" / name).write_text("of another log")
     assert export(log, "--csv", tmp_path / "t")[0] == 0
     assert {path.name for path in (tmp_path / "t").iterdir()} == {*(message.NAME + ".csv" for message in messages()), "notes.csv"}
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_an_export_that_is_ended_leaves_nothing_half_done(number, export, log, tmp_path, monkeypatch):
+    before, adding = signal.signal(number, lambda *_: None), CsvWriter.add
+
+    def add(writer, record, message):
+        adding(writer, record, message)
+        if message.NAME == "POSE":
+            os.kill(os.getpid(), number)
+    monkeypatch.setattr(CsvWriter, "add", add)
+    try:
+        assert export(log, "--csv", tmp_path / "t")[0] == 130
+    finally:
+        signal.signal(number, before)
+    assert os.listdir(tmp_path / "t") == []
 
 
 def test_bad_arguments_are_one_sentence_each(export, log, tmp_path):

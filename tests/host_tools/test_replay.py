@@ -1,33 +1,22 @@
 """`host_tools replay LOG`: equal where nothing has changed, and where something has, the step and the field by name."""
 
+import errno
 import json
-import zlib
+import os
+from types import SimpleNamespace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from host_tools import cli
+from host_tools import replay as replay_command
 from host_tools.differences import at_the_end, between_lists, between_same
 from host_tools.mission import hashes
-from host_tools.recording import LogUnusable, Recording
-from protocol import parameters, schema
+from host_tools.recording import Recording
+from host_tools.replay import speed, speed_text
 from protocol.log import LogWriter
 from protocol.messages import BY_ID, BY_NAME
 from tests.host_tools.core_driver import CoreDriver
-from tests.host_tools.recorded import wander
-
-STEPS = 660
-HEAD, CRC = 5, 4
-
-
-@pytest.fixture
-def written(tmp_path):
-    def write(data):
-        path = tmp_path / "m.tvlog"
-        path.write_bytes(data)
-        return str(path)
-    return write
+from tests.host_tools.recorded import ASKED_AT, STEPS, changed, cut_behind, sealed, wander
 
 
 @pytest.fixture
@@ -39,24 +28,6 @@ def replay(tmp_path, capsys):
         out, err = capsys.readouterr()
         return code, json.loads(kept.read_text()) if kept.exists() else None, out, err
     return run
-
-
-def changed(name, nth, **fields):
-    """A log in which the nth message of that name says something else, soundly framed."""
-    seen = 0
-
-    def change(_number, _direction, raw):
-        nonlocal seen
-        if BY_ID[raw[3]].NAME != name:
-            return raw
-        seen += 1
-        if seen != nth:
-            return raw
-        message = BY_ID[raw[3]].unpack(raw[HEAD:-CRC])
-        body = message._replace(**{key: value(getattr(message, key)) for key, value in fields.items()}).pack()
-        frame = raw[:HEAD] + body
-        return frame + zlib.crc32(frame).to_bytes(4, "little")
-    return wander().log(change)
 
 
 @pytest.mark.parametrize("target", ["cpython", "unix"])
@@ -128,6 +99,35 @@ def test_a_log_that_ends_too_early_at_a_record_says_so(written, replay, capsys):
     assert "before its mission did" not in replay(written(wander().log()))[2]
 
 
+def test_what_a_core_says_of_itself_on_the_way_is_compared_and_is_no_end(written, replay):
+    code, result, out, _ = replay(written(wander().log(cut_behind("STATUS_RSP", 1))))
+    assert code == 0 and result["hash"] == result["log_hash"] != {"steps": None, "map": None}
+    assert "it ends at step %d, before its mission did" % (ASKED_AT - 1) in out
+
+
+def test_a_replay_that_takes_no_time_has_a_speed():
+    assert speed_text(speed(SimpleNamespace(steps=1), 0.0004)).endswith("in 0.0 s: 2500 steps/s, 50 times real time")
+
+
+def test_the_result_is_kept_before_it_is_printed_and_whole_or_not_at_all(written, tmp_path, monkeypatch, capsys):
+    kept = tmp_path / "r.json"
+    args = SimpleNamespace(log=written(wander().log()), json=str(kept))
+
+    def gone(*_):
+        raise BrokenPipeError
+    with monkeypatch.context() as patch, pytest.raises(BrokenPipeError):
+        patch.setattr(replay_command, "print", gone, raising=False)
+        replay_command.answered("replay", args, lambda recording: ({"equal": True}, ["a line"]))
+    assert json.loads(kept.read_text()) == {"equal": True}
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    monkeypatch.setattr(os, "replace", full)
+    assert replay_command.answered("replay", args, lambda recording: ({"equal": False}, ["a line"])) == 2
+    assert "r.json cannot be written: no space left" in capsys.readouterr().err
+    assert json.loads(kept.read_text()) == {"equal": True}
+
+
 def test_a_file_for_the_result_is_tried_before_the_run(written, tmp_path, capsys):
     log = written(wander().log())
     for words in (["replay", log, "--target", "port:/dev/there-is-none"], ["bisect", log, "--targets", "cpython,port:/dev/there-is-none"],
@@ -143,31 +143,6 @@ def test_a_log_without_a_step_of_the_row_is_replayed_up_to_there(written, replay
     data = wander().log(lambda number, _, raw: None if number == step else raw)
     code, result, _, _ = replay(written(data))
     assert code == 0 and result["steps"] == 200 and result["damage"] == "it goes from step 200 to step 202"
-
-
-@given(st.data())
-def test_whatever_happens_to_a_log_what_it_gives_is_how_it_was(tmp_path_factory, data):
-    log = bytearray(wander().log())
-    if data.draw(st.booleans()):
-        del log[data.draw(st.integers(0, len(log))):]
-    for _ in range(data.draw(st.integers(0, 3))):
-        if log:
-            log[data.draw(st.integers(0, len(log) - 1))] ^= data.draw(st.integers(1, 255))
-    path = tmp_path_factory.mktemp("log") / "m"
-    path.write_bytes(log)
-    try:
-        recording = Recording(str(path))
-        ticks = list(recording.ticks())
-    except LogUnusable as error:
-        assert str(path) in str(error)
-        return
-    assert recording.parameters == wander().parameters[:len(recording.parameters)]
-    for tick, true in zip(ticks, wander()._ticks):
-        assert tick.question == true.question and tick.answer in (true.answer, None)
-        assert tick.telemetry == true.telemetry[:len(tick.telemetry)]
-    # What broke off behind a whole record shows no damage: replay says that it ends before its mission did.
-    only_shorter = log == wander().log()[:len(log)]
-    assert recording.damage or len(ticks) == STEPS or only_shorter
 
 
 @pytest.mark.parametrize("data, word", [
@@ -186,17 +161,6 @@ def test_a_file_that_is_none(tmp_path, replay):
         assert code == 2 and str(path) in err
 
 
-def test_a_parameter_is_known_by_its_name_whatever_its_number_was(written):
-    data = wander().log()
-    assert Recording(written(data)).parameters == [(0, 0, 1)]
-    end = data.index(LogWriter().marker()[:16])
-    told = [list(row) for row in parameters.PARAMETERS]
-    swapped = LogWriter().head(parameters=[told[1], told[0], *told[2:]])
-    assert Recording(written(swapped + data[end + len(LogWriter().marker()):])).parameters == [(1, 0, 1)]
-    with pytest.raises(LogUnusable, match="sets the parameter wheels"):
-        Recording(written(LogWriter().head(parameters=[["wheels", "", 1]]) + data[end + len(LogWriter().marker()):]))
-
-
 def questions_between(nth, status):
     """A log in which parameter 0 is asked to be set behind the nth step's answer, reliably; the answer says `status`."""
     data, writer, steps = b"", LogWriter(), 0
@@ -210,13 +174,6 @@ def questions_between(nth, status):
     for number, (direction, raw) in enumerate(rows):
         data += writer.record(number * 100, direction, raw)
     return data
-
-
-def sealed(name, seq, *fields):
-    kind = BY_NAME[name]
-    body = kind(*fields).pack()
-    raw = bytes((0x29 | kind.DIRECTION << 2, seq, 0, kind.ID, len(body) + 9)) + body
-    return kind.DIRECTION, raw + zlib.crc32(raw).to_bytes(4, "little")
 
 
 @pytest.mark.parametrize("nth", [1, 300, STEPS])
@@ -236,12 +193,6 @@ def test_another_answer_between_steps_is_a_difference(written, replay):
         first = result["first_difference"]
         assert code == 1 and (first["message"], first["field"]) == ("PARAM_VALUE", "status"), out
         assert first["fields"]["status"] == {"log": 0, "cpython": 3} and first["step"] == min(nth + 1, STEPS)
-
-
-def test_the_pace_of_a_free_run_is_not_replayed(written):
-    number = next(i for i, row in enumerate(parameters.PARAMETERS) if row[0] == "tick_ms")
-    data = changed("PARAM_SET", 1, parameter=lambda _: number, value=lambda _: 20)
-    assert Recording(written(data)).parameters == []
 
 
 def test_a_core_that_drives_already_is_refused(written, replay):
@@ -279,8 +230,3 @@ def test_what_belongs_to_the_machine_is_no_difference():
     assert at_the_end(9, {"a": status, "b": other}, {"a": b"map", "b": b"mop"}).fields == {"byte 1": {"a": 97, "b": 111}}
     assert at_the_end(9, {"a": status, "b": other}, {"a": b"map", "b": b"ma"}).names == "map bytes"
     assert at_the_end(9, {"a": status, "b": other._replace(path_mm=0)}, {}).names == "STATUS_RSP path_mm"
-
-
-def test_every_message_that_is_compared_exists():
-    from host_tools import recording
-    assert {*recording.NEEDED, *recording.AT_THE_END, *recording.TELEMETRY} <= {row[1] for row in schema.MESSAGES}
