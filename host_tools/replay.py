@@ -16,7 +16,7 @@ from host_tools.finding import Finding, difference_table
 from host_tools.hil_options import UsageError, check_file
 from host_tools.mission import hashes
 from host_tools.processes import signals_as_interrupt
-from host_tools.progress import Progress
+from host_tools.progress import Progress, say
 from host_tools.recording import LogUnusable, Recording
 from host_tools.side_by_side import LOG, SideBySide, progress_text
 from protocol.messages import BY_NAME
@@ -51,7 +51,7 @@ def answered(command, args, compare):
     except CoreError as error:
         print("%s: %s" % (command, error), file=sys.stderr)
         return error.code
-    print("\n".join(lines))
+    say("\n".join(lines))
     if not write_json(command, args.json, result):
         return EXIT_USAGE
     return EXIT_EQUAL if result["equal"] else EXIT_DIFFERENT
