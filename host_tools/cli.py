@@ -6,10 +6,10 @@ Exit codes: 0 done, 1 the mission did not finish, 2 bad arguments, 3 a peer fail
 
 import argparse
 import importlib
-import os
 import sys
 
 from host_tools import __version__
+from host_tools.progress import hush, say
 
 SUBCOMMANDS = {
     # name: (module, help)
@@ -34,6 +34,21 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(argv=None):
+    if hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that cannot show a map's picture gets the table
+    code = 0
+    try:
+        code = _run(argv)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        say("host_tools: interrupted", sys.stderr)
+        code = 130
+    except BrokenPipeError:
+        hush(sys.stdout)  # the reader of our output (head, less) has gone: not an error
+    return code
+
+
+def _run(argv):
     argv = sys.argv[1:] if argv is None else list(argv)
     parser = _Parser(prog="host_tools", description="Tools for people around the TVSLAM core.", allow_abbrev=False)
     parser.add_argument("--version", action="version", version="host_tools " + __version__)
@@ -51,17 +66,4 @@ def main(argv=None):
     if module is None:
         parser.print_help()
         return 2
-    return _run(module, args)
-
-
-def _run(module, args):
-    try:
-        return module.run(args)
-    except KeyboardInterrupt:
-        print("host_tools: interrupted", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        # The reader of our output (head, less) has gone: not an error, but Python would
-        # complain once more at exit unless stdout is pointed elsewhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    return module.run(args)

@@ -16,7 +16,7 @@ from host_tools.evaluation.pool import RunError, figures_of
 from host_tools.evaluation.run import ended_well
 from host_tools.evaluation.section import Plan
 from host_tools.processes import signals_as_interrupt
-from host_tools.progress import Progress
+from host_tools.progress import Progress, say
 from host_tools.whole_file import whole_file
 from sim_device.home import HomeError, load_home
 
@@ -107,12 +107,12 @@ def _evaluate(args, plan, makers):
     done = figures_of(runs_for(plan, makers), plan.folder, args.workers, Progress())
     sections = [make(plan, done, args.out) for make in makers]
     _write(args, plan, sections, done)
-    print("\n\n".join("\n".join([section.title, "", *section.lines, *section.notes]) for section in sections))
+    say("\n\n".join("\n".join([section.title, "", *section.lines, *section.notes]) for section in sections))
     unfinished = [run.name for run, figures in done.items() if not ended_well(run, figures) and run != table2.without_ways(plan)]
     if unfinished:
         print("host_tools evaluate: %d of %d missions did not finish: %s%s." % (
             len(unfinished), len(done), "; ".join(unfinished[:3]), " and others" if len(unfinished) > 3 else ""), file=sys.stderr)
-    print("files           %s" % os.path.join(args.out, ""))
+    say("files           %s" % os.path.join(args.out, ""))
     return EXIT_NOT_FINISHED if unfinished else EXIT_OK
 
 

@@ -11,6 +11,7 @@ import sys
 from host_tools import board_flash, stm32_image
 from host_tools.core_process import heap_size
 from host_tools.budget import grouped
+from host_tools.progress import say
 from host_tools.qemu import MACHINE
 from host_tools.stm32_tools import ImageError
 
@@ -48,13 +49,13 @@ def run(args):
         print("flash: '%s' is no target: give %s." % (args.target, " or ".join(TARGETS)), file=sys.stderr)
         return 2
     try:
-        elf = stm32_image.image(args.heap, args.micropython, progress=lambda text: print(text, flush=True))
+        elf = stm32_image.image(args.heap, args.micropython, progress=say)
     except ImageError as error:
         print("flash: %s" % error, file=sys.stderr)
         for line in error.lines:
             print("  " + line, file=sys.stderr)
         return error.code
-    print("\n".join(report(elf, stm32_image.facts(elf))))
+    say("\n".join(report(elf, stm32_image.facts(elf))))
     return 0
 
 

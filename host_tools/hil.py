@@ -7,15 +7,16 @@ home, 3 when a peer failed or the disk did not take the whole log. The result fi
 import os
 import sys
 import tempfile
+from dataclasses import replace
 
 from host_tools import export, report
 from host_tools import result as scoring
-from host_tools.hil_options import UsageError, add_arguments, begin_anew, check, check_places
+from host_tools.hil_options import UsageError, add_arguments, check, check_log, check_places
 from host_tools.launch import core_command, rest_of_log
 from host_tools.mission_log import LogError, read_mission
-from host_tools.mission_run import Outcome, run_mission
+from host_tools.mission_run import run_mission
 from host_tools.processes import signals_as_interrupt
-from host_tools.progress import Progress
+from host_tools.progress import Progress, say
 from host_tools.qemu import qemu_command
 from host_tools.score import HomeTruth
 from sim_device.home import HomeError, load_home
@@ -35,7 +36,7 @@ def run(args):
         with signals_as_interrupt(), _folder() as folder:
             return _mission(args, home, folder)
     except (UsageError, HomeError) as error:
-        print("host_tools hil: %s" % error, file=sys.stderr)
+        say("host_tools hil: %s" % error, sys.stderr)
         return 2
 
 
@@ -51,7 +52,7 @@ def _folder():
 def _mission(args, home, folder):
     log = os.path.abspath(args.log) if args.log else os.path.join(folder, "mission.log")
     truth_path = os.path.join(folder, "truth.bin")
-    begin_anew(log)
+    check_log(log)
     outcome = run_mission(args, os.path.abspath(home.path), folder, log, truth_path, Progress())
     if outcome.exit_code == 2:
         raise UsageError(outcome.sentence)
@@ -62,12 +63,13 @@ def _mission(args, home, folder):
         if args.json:
             export.write_result(args.json, result)
     except OSError as error:  # it could be written before the mission: the disk is full, or the folder has gone
-        outcome = Outcome(2, "%s could not be written: %s" % (error.filename or "the result", (error.strerror or str(error)).lower()))
+        why = "%s could not be written: %s" % (error.filename or "the result", (error.strerror or str(error)).lower())
+        outcome = replace(outcome, exit_code=2, sentence=why)
     _say(args, home, result, vector_map, notes, kept=outcome.exit_code != 2)
     if outcome.exit_code in (2, 3):
-        print("host_tools hil: %s" % outcome.sentence, file=sys.stderr)
+        say("host_tools hil: %s" % outcome.sentence, sys.stderr)
     if outcome.incomplete:
-        print("host_tools hil: %s" % outcome.incomplete, file=sys.stderr)
+        say("host_tools hil: %s" % outcome.incomplete, sys.stderr)
     if outcome.exit_code in (2, 3) or outcome.incomplete:
         return outcome.exit_code if outcome.exit_code == 2 else 3
     return 0 if result["finished"] else 1
@@ -79,7 +81,7 @@ def _evaluate(args, home, log, truth_path, outcome):
     mission = vector_map = None
     notes = []
     try:
-        mission = read_mission(log, truth_path, rest_of_log(truth_path))
+        mission = read_mission(log if outcome.began else os.devnull, truth_path, rest_of_log(truth_path))
         if mission.damaged:
             notes.append("The log %s." % mission.damaged)
         vector_map, why_not = scoring.mission_map(mission)
@@ -102,9 +104,9 @@ def _evaluate(args, home, log, truth_path, outcome):
 
 def _say(args, home, result, vector_map, notes, kept):
     if vector_map is not None:
-        print("\n".join(report.picture(home, vector_map)))
-    print("\n".join(report.table(result)))
+        say("\n".join(report.picture(home, vector_map)))
+    say("\n".join(report.table(result)))
     for note in notes:
-        print(note, file=sys.stderr)
+        say(note, sys.stderr)
     if args.out and kept:
-        print("files           %s" % os.path.join(args.out, ""))
+        say("files           %s" % os.path.join(args.out, ""))

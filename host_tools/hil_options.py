@@ -1,6 +1,7 @@
 """The arguments of `hil`, and what is wrong with them in one sentence each, before anything starts."""
 
 import argparse
+import contextlib
 import fcntl
 import os
 import re
@@ -160,7 +161,8 @@ def check_places(args, home_path, out_files):
 
 def _check_names(args, home_path, out_files):
     """A result must not take the place of what it was made from."""
-    taken = {os.path.realpath(path): what for what, path in (("the home", home_path), ("--robot", args.robot)) if path}
+    taken = {os.path.realpath(path): what for what, path in (
+        ("the home", home_path), ("--robot", args.robot), ("--faults", faults_file(args.faults))) if path}
     files = _files(args)
     written = files + [("--out", os.path.join(args.out, file)) for file in out_files if args.out]
     for name, path in written:
@@ -171,6 +173,11 @@ def _check_names(args, home_path, out_files):
             raise UsageError("%s %s is the file of %s, which would be overwritten; give another name." % (name, path, other))
         if name != "--out":
             taken[os.path.realpath(path)] = name
+
+
+def faults_file(spec):
+    """The file that --faults names, or None."""
+    return spec[1:] if spec and spec.startswith("@") else None
 
 
 def _files(args):
@@ -208,15 +215,11 @@ def check_file(name, path):
         raise UsageError("%s %s cannot be written (%s); give another place." % (name, path, _reason(error))) from None
 
 
-def begin_anew(log):
-    """An old log must not pass for this mission's; one that is being written is another mission's."""
-    try:
-        with open(log, "r+b") as file:
-            if _locked_elsewhere(file):
-                raise UsageError("--log %s is being written by another mission; give another name." % log)
-            file.truncate()
-    except FileNotFoundError:
-        pass
+def check_log(log):
+    """One that is being written is another mission's. What else is there stays until the robot has nothing to refuse any more."""
+    with contextlib.suppress(FileNotFoundError), open(log, "r+b") as file:
+        if _locked_elsewhere(file):
+            raise UsageError("--log %s is being written by another mission; give another name." % log)
 
 
 def _locked_elsewhere(file):

@@ -30,6 +30,7 @@ class Outcome:
     tick: dict = field(default_factory=dict)  # what the steps cost in instructions, where the target counts them
     memory: dict = field(default_factory=dict)  # flash and RAM, where the target tells them
     can: dict = field(default_factory=dict)  # what the CAN bus counted, where there is one
+    began: bool = False  # the robot has emptied the files of this mission: what its log says is of this one
 
     @property
     def incomplete(self):
@@ -39,9 +40,15 @@ class Outcome:
 
 def run_mission(args, home_path, folder, log, truth, progress):
     """Run it to its end; Ctrl-C ends it early with what there is."""
-    link = os.path.join(folder, "link")
+    watch = _Watch(progress)
+    outcome = _run(args, home_path, folder, log, truth, watch)
+    outcome.began = watch.began
+    return outcome
+
+
+def _run(args, home_path, folder, log, truth, watch):
+    link, progress = os.path.join(folder, "link"), watch.progress
     with Children() as children:
-        watch = _Watch(progress)
         device = args.target[len("port:"):] if args.target.startswith("port:") else None
         bus = watch.bus = CanBus(args.link, folder, getattr(args, "candump", None), device) if is_can(args.link) else None
         link = bus.robot_link if bus else link
@@ -102,6 +109,7 @@ class _Watch:
         self.events = queue.Queue()
         self.robot = self.core = self.relay = self.bus = self.reset = None
         self.end, self.error, self.blames = {}, "", "core"
+        self.began = False
         self.waiting = False  # the robot awaits the core's first word
 
     def take(self, text):
@@ -158,6 +166,7 @@ class _Watch:
         elif kind == "restart":
             self.progress.note("The core has started anew at step %d, where the robot stands." % event["step"])
         elif kind in ("ready", "start"):
+            self.began = True
             self.waiting = kind == "ready"
             for sentence in event.get("storage", ()):
                 self.progress.note(sentence)

@@ -103,6 +103,8 @@ class Children:
 def signals_as_interrupt():
     """SIGTERM and SIGHUP end a mission like Ctrl-C: children stopped, results of what there is."""
     def interrupt(number, frame):
+        if number == signal.SIGHUP:
+            signal.signal(number, signal.SIG_IGN)  # a terminal that is closed says so twice: by itself, and by its shell
         raise KeyboardInterrupt
 
     if threading.current_thread() is not threading.main_thread():

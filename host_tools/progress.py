@@ -1,11 +1,29 @@
 """Progress while a mission runs: one line rewritten on a terminal, a plain line now and then elsewhere."""
 
+import errno
+import os
 import shutil
 import sys
 import time
 
 
 PLAIN_EVERY_S = 5.0
+
+
+def say(text, stream=None, end="\n"):
+    """Print it. Whoever reads may have gone (head, a closed terminal): that ends no mission, and changes no exit code."""
+    stream = stream or sys.stdout
+    try:
+        print(text, file=stream, end=end, flush=True)
+    except OSError as error:
+        if error.errno not in (errno.EPIPE, errno.EIO):
+            raise
+        hush(stream)
+
+
+def hush(stream):
+    """From here on it goes nowhere: Python would complain once more at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 class Progress:
@@ -24,22 +42,20 @@ class Progress:
         now = time.monotonic()
         if self.live:
             width = max(shutil.get_terminal_size().columns - 1, 20)
-            self.stream.write("\r\x1b[K" + text[:width])
-            self.stream.flush()
+            say("\r\x1b[K" + text[:width], self.stream, end="")
             self._shown = True
         elif now >= self._next_s:
             self._next_s = now + PLAIN_EVERY_S
-            print(text, file=self.stream, flush=True)
+            say(text, self.stream)
 
     def note(self, text):
         """A line of its own that stays."""
         self.clear()
-        print(text, file=self.stream, flush=True)
+        say(text, self.stream)
 
     def clear(self):
         if self._shown:
-            self.stream.write("\r\x1b[K")
-            self.stream.flush()
+            say("\r\x1b[K", self.stream, end="")
             self._shown = False
 
 

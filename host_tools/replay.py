@@ -15,7 +15,7 @@ from host_tools.finding import Finding, difference_table
 from host_tools.hil_options import UsageError, check_file
 from host_tools.mission import STEP_S, hashes
 from host_tools.processes import signals_as_interrupt
-from host_tools.progress import Progress
+from host_tools.progress import Progress, say
 from host_tools.recording import LogUnusable, Recording
 from host_tools.side_by_side import LOG, SideBySide, progress_text
 from host_tools.whole_file import write_result
@@ -52,7 +52,7 @@ def answered(command, args, compare):
         print("%s: %s" % (command, error), file=sys.stderr)
         return error.code
     written = write_json(command, args.json, result)    # first: whoever reads the lines may go before their end
-    print("\n".join(lines))
+    say("\n".join(lines))
     if not written:
         return EXIT_USAGE
     return EXIT_EQUAL if result["equal"] else EXIT_DIFFERENT

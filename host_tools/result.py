@@ -20,6 +20,7 @@ from protocol import states
 from protocol.dialect import name_of, names_of_bits
 
 STOPS = 20
+ENDED = (states.DONE, states.FAILED)
 MAP_STORES = ("vectors", "chains", "regions", "nodes", "edges")
 ERRORS = {"mean_cm": None, "p95_cm": None, "max_cm": None}
 SKELETON = {
@@ -80,8 +81,9 @@ def _status(result, mission):
     status = mission.status
     if status is None:
         return
-    result["finished"] = bool(status["finished"])
-    result["reason"] = name_of(mission.names["reasons"], status["reason"], "reason")
+    if status["state"] in ENDED:  # earlier, what the core knows already of its end is none yet: the map is still to be built
+        result["finished"] = bool(status["finished"])
+        result["reason"] = name_of(mission.names["reasons"], status["reason"], "reason")
     result["degraded"] = names_of_bits(mission.names["degraded"], status["degraded"])
     result["hash"] = hashes(status)
     if result["finished"]:

@@ -109,7 +109,9 @@ def check_names(options):
         raise InputError("--link is empty: give the name that the core shall open")
     if options.core and options.realtime:
         raise InputError("--realtime does not go with --core, which has no clock of its own: give --link and start the core on it")
-    taken = {_place(path): what for what, path in (("the home", options.home), ("--robot", options.robot)) if path and os.path.isfile(path)}
+    faults = options.faults[1:] if options.faults and options.faults.startswith("@") else None
+    read = (("the home", options.home), ("--robot", options.robot), ("--faults", faults))
+    taken = {_place(path): what for what, path in read if path and os.path.isfile(path)}
     named = [("--" + what.replace("_", "-"), getattr(options, what)) for what in ("link", "log", "log_rest", "truth", "map")]
     named += [("--keep-faults", options.keep_faults), ("--nvm", options.nvm if options.nvm != NO_NVM else None)]
     for what, path in named + [("--tap", path) for path in options.tap]:
@@ -175,6 +177,15 @@ def incomplete(files):
     return "; ".join(file.failure for file in files if file.failure)
 
 
+def check_faults(plan, link, options):
+    """That there is what they shall befall."""
+    if plan.power and options.nvm == NO_NVM:
+        raise InputError("--faults power@byte=%d: there is no memory to write with --nvm none; leave out one of the two" % plan.power[0])
+    if plan.of_the_bus and not hasattr(link, "worsen"):
+        raise InputError("--faults: loss, full, busy and busoff are faults of a CAN bus, and %s is none; use hil --link slcan, or "
+                         "leave them out" % (options.link or options.core))
+
+
 def made_worse(link, plan, options, tell, kept):
     """The link with the faults of the plan: those of CAN frames happen on the bus, by the same seed. tell(byte, here): a reset."""
     from sim_device.faults import plain
@@ -190,9 +201,6 @@ def made_worse(link, plan, options, tell, kept):
         if restart is not None:
             restart()
     if plan.of_the_bus:
-        if not hasattr(link, "worsen"):
-            raise InputError("--faults: loss, full, busy and busoff are faults of a CAN bus, and %s is none; use hil --link slcan, or "
-                             "leave them out" % (options.link or options.core))
         link.worsen([("seed", options.seed), *plan.bus.items()])
         for kind, chance in plan.bus.items():
             note("%s=%s" % (kind, plain(chance)))
@@ -232,9 +240,6 @@ def mission(options, report, signals):
             home = load_home(options.home)
             robot = VirtualRobot(home, load_robot(options.robot), options.seed, options.uwb, options.odometry)
             plan = parse(options.faults or "")
-            if plan.power and options.nvm == NO_NVM:
-                raise InputError("--faults power@byte=%d: there is no memory to write with --nvm none; leave out one of the two"
-                                 % plan.power[0])
             if plan.sensors:
                 robot = FaultySensors(robot, plan.sensors, options.seed)
             told = settings(options, robot.parameters())
@@ -244,19 +249,21 @@ def mission(options, report, signals):
                 files.append(stack.enter_context(contextlib.closing(kind(path, **more))))
                 return files[-1]
 
-            log = options.log and grows(FrameLog, options.log, rest=options.log_rest, home=home.name, **notes)
-            truth = options.truth and grows(TruthFile, options.truth)
-            keep = options.map and grows(GrowingFile, options.map)
-            link = open_link(options)
-            stack.enter_context(contextlib.closing(link))
-            kept = options.keep_faults and grows(GrowingFile, options.keep_faults)
-            link = made_worse(link, plan, options, lambda byte, here: report.event(
-                "reset", step=session.now, byte=byte, here=here, text=why_reset(session.now, byte)), kept)
+            link = stack.enter_context(contextlib.closing(open_link(options)))
+            check_faults(plan, link, options)
+            taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
             nvm = None
             if options.nvm != NO_NVM:
                 nvm = stack.enter_context(contextlib.closing(Nvm(path=options.nvm, power=plan.power, seed=options.seed)))
+            # Nothing is refused any more: now the files of an earlier mission are emptied, and its log the last of them.
+            truth = options.truth and grows(TruthFile, options.truth)
+            keep = options.map and grows(GrowingFile, options.map)
+            kept = options.keep_faults and grows(GrowingFile, options.keep_faults)
+            log = options.log and grows(FrameLog, options.log, rest=options.log_rest, home=home.name, **notes)
+            link = made_worse(link, plan, options, lambda byte, here: report.event(
+                "reset", step=session.now, byte=byte, here=here, text=why_reset(session.now, byte)), kept)
+            if nvm is not None:
                 nvm.lose_power = getattr(link, "lose_power", nvm.lose_power)
-            taps = stack.enter_context(contextlib.closing(Taps(options.tap)))
             session = Session(link, taps, robot, report, log or None, truth or None, told, options.realtime, options.max_robot_s, signals,
                               nvm)
             report.event("ready", home=home.name, link=options.link or options.core, pty=link.name, taps=options.tap, seed=options.seed)

@@ -80,6 +80,8 @@ class Session:
                 if self.peer.hello is not None:
                     self._collect(why != "interrupted")
                 return why
+            except Interrupted:
+                return "interrupted"
             except Restarted as again:
                 if why == "interrupted":
                     return why
@@ -106,6 +108,9 @@ class Session:
             try:
                 self._set_parameters(told or {})
                 self.storage.begin(self.peer)
+                if self._realtime:
+                    self._free = FreeRun(self.peer, self.robot, self._ask_health)
+                    self._free.join()
                 break
             except Restarted as again:
                 hello = self._join_again(again.hello)
@@ -113,9 +118,6 @@ class Session:
             self._report.event("schema", text=self.peer.link.translation.summary())
         self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()),
                            storage=self.storage.sentences(self.restarts > 0))
-        if self._realtime:
-            self._free = FreeRun(self.peer, self.robot, self._ask_health)
-            self._free.join()
 
     def _start_again(self, hello):
         self._start(self._join_again(hello), self._place.dock())
@@ -151,14 +153,14 @@ class Session:
                 self.now, ", ".join(new)))
 
     def summary(self, reason):
-        """The end event's fields. `finished` is what the core says of itself."""
+        """The end event's fields. `finished` is what the core says of itself, once its map is built, too."""
         peer, robot, status = self.peer, self.robot, self.status
         if not reason:
             code = states.REASON_NONE if status is None else status.reason
             reason = name_of(peer.link.names["reasons"], code, "reason")
         robot_s = self.step * STEP_S
         return {
-            "finished": bool(status is not None and status.finished), "reason": reason, "state": self._state_name,
+            "finished": bool(status is not None and status.finished and status.state in ENDED), "reason": reason, "state": self._state_name,
             "steps": self.step, "robot_s": round(robot_s, 2), "wall_s": round(self.wall_s, 3),
             "real_time_factor": round(robot_s / self.wall_s, 1) if self.wall_s else None,
             "path_m": round(robot.path_m, 3), "contacts": robot.contacts,

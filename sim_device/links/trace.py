@@ -9,7 +9,7 @@ import time
 from protocol.log import LogWriter
 
 _FLUSH_BYTES = 65536
-_KEEP_NS = 250_000_000  # what a killed mission may lose of its log
+_KEEP_NS = 250_000_000  # what a killed mission may lose
 _TRUTH = struct.Struct("<I3d")
 
 
@@ -17,7 +17,8 @@ class TraceError(Exception):
     """One sentence: which file could not be written, and why."""
 
 
-# A file that is written in large pieces. Bytes given to add() are on the disk after the next 64 KB, flush() or close().
+# A file that is written in large pieces: what was given to add() goes to the disk every 64 KB and four times a second, by flush() and
+# by close().
 # A file that cannot be begun is a TraceError. A disk that refuses later ends no mission: `failure` is the sentence, what
 # was written stays and is whole, and what comes from that byte on goes to the file `rest`, where one is given.
 # One writer at a time: who comes second is refused before it spoils anything.
@@ -29,6 +30,7 @@ class GrowingFile:
         self._rest = rest
         self._held = bytearray()
         self._full = False
+        self._kept_ns = time.monotonic_ns()
         try:
             self._file = open(path, "ab", buffering=0)
             _alone(self._file)
@@ -41,7 +43,9 @@ class GrowingFile:
 
     def add(self, data):
         self._held += data
-        if len(self._held) >= _FLUSH_BYTES:
+        now_ns = time.monotonic_ns()
+        if len(self._held) >= _FLUSH_BYTES or now_ns - self._kept_ns > _KEEP_NS:
+            self._kept_ns = now_ns
             self.flush()
 
     def flush(self):
@@ -84,14 +88,14 @@ def _alone(file):
         pass  # this file system knows no locks
 
 
-# The log of a link (protocol/log.py), time-stamped by this machine's clock. It goes to the disk at each sync marker, and four
-# times a second besides. Its head tells this host's schema, until speaks() names that of the core whose frames these are.
+# The log of a link (protocol/log.py), time-stamped by this machine's clock. It goes to the disk at each sync marker, too.
+# Its head tells this host's schema, until speaks() names that of the core whose frames these are.
 class FrameLog(GrowingFile):
     def __init__(self, path, rest=None, **notes):
         super().__init__(path, rest)
         self._writer = LogWriter()
         self._notes = notes
-        self._start_ns = self._kept_ns = time.monotonic_ns()
+        self._start_ns = time.monotonic_ns()
         self._head = self._writer.head(**notes)
         self.add(self._head)
         self.flush()
@@ -121,8 +125,7 @@ class FrameLog(GrowingFile):
     def frame(self, now_ns, direction, raw):
         """A raw frame that passed at now_ns of time.monotonic_ns()."""
         self.add(self._writer.record((now_ns - self._start_ns) // 1000, direction, raw))
-        if self._writer.since_mark == 0 or now_ns - self._kept_ns > _KEEP_NS:
-            self._kept_ns = now_ns
+        if self._writer.since_mark == 0:
             self.flush()
 
 

@@ -100,10 +100,11 @@ class SyntheticMission:
         self.say("POSE", step=self.number, x_um=round(x * 1e6), y_um=round(y * 1e6), heading_bam=bam, odometry_x_um=0,
                  odometry_y_um=0, odometry_heading_bam=0, state=self.state, ir_state=0, path_mm=0, points=1, vectors=2, fixes=3, bumps=0)
 
-    def finish(self, map_bytes=None, finished=1, reason=states.REASON_CLOSED, drop_chunk=None, heap_bytes=196608, degraded=0):
+    def finish(self, map_bytes=None, finished=1, reason=states.REASON_CLOSED, drop_chunk=None, heap_bytes=196608, degraded=0,
+               state=states.DONE):
         for index, (name, used, capacity, size) in enumerate((("points", 7, 64, 8), ("vectors", 4, 768, 6), ("chains", 1, 64, 4))):
             self.say("STORE", index=index, name=name, used=used, capacity=capacity, record_bytes=size, lost=0)
-        self.say("STATUS_RSP", step=self.number - 1, state=states.DONE, finished=finished, reason=reason, degraded=degraded,
+        self.say("STATUS_RSP", step=self.number - 1, state=state, finished=finished, reason=reason, degraded=degraded,
                  steps_lo=0xBEEF, steps_hi=0x00AD, map_lo=0x0002, map_hi=0x1000, closure_before_mm=123, closure_after_mm=4,
                  bumps=2, path_mm=8000, heap_bytes=heap_bytes, heap_used_bytes=heap_bytes // 2, heap_locked=1, allocated_after_boot_bytes=0,
                  late_ticks=0, late_ms=0)

@@ -59,8 +59,11 @@ def expect_refusal(capsys, argv, *words):
     (["--robot", "there-is-none.toml"], ("there-is-none.toml", "not a file")),
     (["--no-such-argument"], ("--no-such-argument", "--help")),
 ])
-def test_what_cannot_be_served_is_refused_with_one_sentence(room, capsys, argv, words):
-    expect_refusal(capsys, [room, *argv], *words)
+def test_what_cannot_be_served_is_refused_with_one_sentence(room, tmp_path, capsys, argv, words):
+    log = tmp_path / "log"
+    log.write_text("of an earlier mission")
+    expect_refusal(capsys, [room, "--log", str(log), *argv], *words)
+    assert log.read_text() == "of an earlier mission"
 
 
 def test_a_flag_that_no_core_has_is_refused_by_name(room, capsys):
@@ -100,6 +103,7 @@ def test_a_result_never_takes_the_place_of_what_it_is_made_from(room, tmp_path, 
     expect_refusal(capsys, [room, "--out", str(tmp_path / "out")], "result.json", "the home")
     expect_refusal(capsys, [room, "--robot", robot, "--json", robot], robot, "--robot")
     expect_refusal(capsys, [room, "--log", both, "--json", both], both, "--json")
+    expect_refusal(capsys, [room, "--faults", "@" + robot, "--log", robot], robot, "--faults")
     with open(room) as file:
         assert file.read() == before
 

@@ -109,6 +109,12 @@ def test_a_finished_mission(tmp_path):
     assert result["link_stats"] == {"frames": 10, "bytes": 20, "dropped_by_cause": {"bad_crc": 1}, "retransmits": 4}
 
 
+@pytest.mark.parametrize("state", [states.BUILD, states.SAVE])
+def test_a_mission_whose_map_is_not_built_yet_has_not_finished(tmp_path, state):
+    result, _ = result_of(SyntheticMission().finish(state=state), tmp_path)
+    assert (result["finished"], result["reason"]) == (False, "") and result["map"]["closure_cm"]["before"] is None
+
+
 def test_position_errors_are_those_that_were_put_in(tmp_path):
     figures = result_of(SyntheticMission(offset_m=(0.03, 0.04)).finish(), tmp_path)[0]["localisation"]
     for key in ("mean_cm", "p95_cm", "max_cm"):

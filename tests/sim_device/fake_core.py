@@ -30,7 +30,7 @@ class FakeCore:
         self.link = Link(boot_id=options.boot_id)
         self.parameters = {}
         self.last_step = 0
-        self.executed = 0
+        self.executed = self.pings = 0
         self.seen = {}
 
     def send(self, name, *values, items=0):
@@ -92,6 +92,11 @@ class FakeCore:
         self.hello()
 
     def on_ping(self, v):
+        self.pings += 1
+        if self.options.fault == "restarts_when_pinged" and self.pings in (5, 10):
+            self.options.boot_id += 1
+            self.link = Link(boot_id=self.options.boot_id)
+            return self.hello()
         self.send("PONG", v[0], int(time.monotonic() * 1000) & 0x3FFFFFF)
 
     def on_param_set(self, v):
@@ -143,10 +148,16 @@ class FakeCore:
 
     def on_status(self, v):
         done = self.last_step >= self.options.steps and self.options.fault != "fails"
+        if self.options.fault == "deaf_at_end":
+            time.sleep(60)
+        if self.options.fault == "builds":
+            return self.status(states.BUILD, 1, states.REASON_CLOSED, 0)
         reason = states.REASON_CLOSED if done else states.REASON_STUCK if self.options.fault == "fails" else states.REASON_NONE
         degraded = INFRARED if self.options.fault == "ill" and self.last_step >= self.options.at else 0
-        self.send("STATUS_RSP", self.last_step, states.DONE if done else states.FOLLOW, int(done), reason, degraded,
-                  self.executed & 0xFFFF, 0, 0, 0, 30, 10, 0, 1234, 196608, 60000, 1, 0, 0, 0)
+        self.status(states.DONE if done else states.FOLLOW, int(done), reason, degraded)
+
+    def status(self, *ended):
+        self.send("STATUS_RSP", self.last_step, *ended, self.executed & 0xFFFF, 0, 0, 0, 30, 10, 0, 1234, 196608, 60000, 1, 0, 0, 0)
 
     def on_nvm_done(self, v):
         self.send("NVM", 0, schema.NVM_NOTHING, 0, 0, 0, 0)

@@ -1,21 +1,16 @@
 # Stories of a mission: the virtual robot as people run it, a core at the far end.
 
-import os
 import resource
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 
 from protocol import schema
 from protocol.parameters import PARAMETERS
-from sim_device.home import load_home
 from tests.sim_device.fake_core import MAP
 from tests.sim_device.faulty_mission import mission
-from tests.sim_device.lockstep import PROJECT, Lockstep, messages, read_log
+from tests.sim_device.lockstep import Lockstep, messages, read_log
 
 TRUTH_BYTES = 28
 
@@ -134,6 +129,12 @@ def test_robot_time_is_limited(story):
     assert events[-1]["reason"] == "robot time limit" and events[-1]["steps"] == 100 and events[-1]["map_bytes"] == len(MAP)
 
 
+def test_a_mission_that_is_cut_off_while_its_map_is_built_has_not_finished(story):
+    code, events, _ = story.run("--max-robot-s", "1", core=("--fault", "builds"))
+    assert code == 1 and events[-1]["status"]["finished"] == 1
+    assert (events[-1]["finished"], events[-1]["reason"]) == (False, "robot time limit")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_cleanly(story, tmp_path, number):
     story.core("--steps", 10**6)
@@ -147,6 +148,18 @@ def test_an_interrupt_ends_cleanly(story, tmp_path, number):
     assert reader.left_over == 0 and reader.damaged == 0
     assert messages(records[-2000:])[-1].NAME in ("MAP_DATA", "STATUS_RSP"), "what there is was collected"
     assert story.names_left() == []
+
+
+def test_a_second_interrupt_ends_also_what_is_asked_at_the_end(story):
+    story.core("--steps", 20, "--fault", "deaf_at_end")
+    sim = story.sim()
+    story.events_until(sim, "start")
+    time.sleep(1.0)
+    for _ in range(2):
+        sim.send_signal(signal.SIGINT)
+        time.sleep(0.1)
+    code, events, err = story.finish(sim)
+    assert (code, err) == (130, "") and events[-1]["reason"] == "interrupted"
 
 
 def test_an_interrupt_while_nobody_is_there(story):
@@ -190,9 +203,9 @@ def test_two_missions_do_not_write_one_log(story, tmp_path):
 
 
 def test_a_killed_robot_leaves_a_log_up_to_a_moment_before(story, tmp_path):
-    log = tmp_path / "log"
+    log, truth = tmp_path / "log", tmp_path / "truth"
     story.core("--steps", 10**6)
-    sim = story.sim("--realtime", "--log", str(log))
+    sim = story.sim("--realtime", "--log", str(log), "--truth", str(truth))
     story.events_until(sim, "progress")
     time.sleep(1.0)
     sim.kill()
@@ -201,12 +214,19 @@ def test_a_killed_robot_leaves_a_log_up_to_a_moment_before(story, tmp_path):
     assert reader.damaged_at is None
     steps = [message.step for message in messages(records) if message.NAME == "STEP"]
     assert steps[-1] > 30, "a second was driven: 50 steps, of which the last quarter of a second may be missing"
+    assert truth.stat().st_size > 30 * TRUTH_BYTES
 
 
 def test_real_time_is_fifty_steps_a_second(story):
     code, events, _ = story.run("--realtime", core=("--steps", 60))
     assert code == 0
     assert 1.1 <= events[-1]["wall_s"] <= 3.0
+
+
+def test_a_core_that_restarts_while_the_clocks_are_joined_is_joined_again(story):
+    code, events, err = story.run("--realtime", core=("--fault", "restarts_when_pinged", "--steps", 30))
+    assert (code, err) == (0, "")
+    assert events[-1]["restarts"] == 2 and [event["event"] for event in events][:4] == ["ready", "restart", "restart", "start"]
 
 
 def test_who_reads_the_events_may_go_away(story):
@@ -233,44 +253,6 @@ def test_the_mode_reaches_the_core(story, tmp_path):
     names = [row[0] for row in PARAMETERS]
     told = {names[m.parameter]: m.value for m in messages(read_log(tmp_path / "log")[1]) if m.NAME == "PARAM_VALUE"}
     assert told["mode"] == 1 and told["dock_x"] == 500000
-
-
-@pytest.mark.parametrize("arguments, sentence", [
-    (("nowhere", "--link", "{d}/r"), "nowhere: neither a file nor a home"),
-    (("studio", "--link", "{d}/file"), "exists and is not a symbolic link"),
-    (("studio", "--link", "{d}/file/r"), "cannot be made: "),
-    (("studio", "--link", "{d}/r", "--tap", "{d}/r"), "--link has that name already"),
-    (("studio", "--link", "{d}/r", "--tap", "{d}/t", "--tap", "{d}/t"), "two taps have one name"),
-    (("studio", "--link", "{d}/r", "--log", "{d}/none/log"), "cannot be written: No such file"),
-    (("studio", "--link", "{d}/r", "--log", "/dev/full"), "No space left"),
-    (("studio", "--link", "{d}/r", "--set", "nonsense=on"), "there is no flag nonsense"),
-    (("studio", "--link", "{d}/r", "--robot", "{d}/none.toml"), "none.toml"),
-    (("studio", "--link", "{d}/r", "--max-robot-s", "-1"), "--max-robot-s"),
-    (("studio",), "--link"),
-    (("studio", "--link", ""), "--link is empty"),
-    (("studio", "--link", "{d}/r", "--seed", "-1"), "--seed: -1 is not a whole number from 0 to 4294967295"),
-    (("studio", "--link", "{d}/r", "--uwb", "gps"), "--uwb"),
-    (("studio", "--link", "{d}/r", "--wait", "long"), "long is not a positive number of seconds"),
-    (("{d}/home.json", "--link", "{d}/r", "--log", "{d}/home.json"), "the home has that name already"),
-    (("studio", "--link", "{d}/r", "--robot", "{d}/file", "--map", "{d}/file"), "--robot has that name already"),
-])
-def test_bad_input_is_one_sentence(tmp_path, arguments, sentence):
-    (tmp_path / "file").write_text("precious")
-    home = load_home("studio").path
-    (tmp_path / "home.json").write_bytes(Path(home).read_bytes())
-    command = [sys.executable, "-m", "sim_device", *(part.format(d=tmp_path) for part in arguments)]
-    done = subprocess.run(command, cwd=PROJECT, capture_output=True, text=True, timeout=30, env={**os.environ, "COLUMNS": "200"})
-    assert done.returncode == 2
-    said = done.stderr.splitlines()
-    assert len(said) == 1 and sentence in said[0] and said[0].startswith("sim_device: "), done.stderr
-    assert (tmp_path / "home.json").read_bytes() == Path(home).read_bytes()
-    assert (tmp_path / "file").read_text() == "precious"
-    assert not os.path.lexists(tmp_path / "r")
-
-
-def test_version():
-    done = subprocess.run([sys.executable, "-m", "sim_device", "--version"], cwd=PROJECT, capture_output=True, text=True, timeout=30)
-    assert done.returncode == 0 and done.stdout.startswith("sim_device ")
 
 
 def test_stores_that_were_not_told_of_are_asked_for():
