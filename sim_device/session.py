@@ -114,7 +114,7 @@ class Session:
         self._report.event("start", hello=hello._asdict(), parameters=len(self.robot.parameters()),
                            storage=self.storage.sentences(self.restarts > 0))
         if self._realtime:
-            self._free = FreeRun(self.peer, self.robot, self._ask_health)
+            self._free = FreeRun(self.peer, self.robot, self._ask_health, self._free)
             self._free.join()
 
     def _start_again(self, hello):
