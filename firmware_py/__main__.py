@@ -5,16 +5,17 @@ import sys
 
 
 def run():
-    if len(sys.argv) != 2:
+    path = sys.argv[1] if len(sys.argv) == 2 else ""
+    if path in ("", "slcan:", "slcan-fd:"):
         print("usage: firmware_py PATH    (the serial port or pty on which the core speaks, slcan:PATH for a CAN adapter on it)")
         return 2
     from firmware_py.limits import UNIX_HEAP_BYTES
     try:
-        if sys.argv[1].startswith("slcan:") or sys.argv[1].startswith("slcan-fd:"):
+        if path.startswith("slcan:") or path.startswith("slcan-fd:"):
             from firmware_py.main_can import main_can as main
         else:
             from firmware_py.main import main
-        return main(sys.argv[1])
+        return main(path)
     except MemoryError:
         print("tvslam: the heap is too small to boot: give at least", UNIX_HEAP_BYTES // 1024, "KiB, as in -X heapsize=288k")
         return 4

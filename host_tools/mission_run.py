@@ -3,6 +3,7 @@
 import json
 import os
 import queue
+import signal
 import time
 from dataclasses import dataclass, field
 
@@ -18,6 +19,7 @@ LINK_S = 10.0  # for the robot to make its link
 SILENT_GRACE_S = 0.3  # for one that has been silent for 3 s already
 CORE_GRACE_S = 2.0  # for the core to see the hang-up by itself
 ROBOT_GRACE_S = 10.0  # for the robot to write down what it has, on a busy machine
+HUNG_UP = (3, -signal.SIGHUP)   # how a core ends from whose link the robot has gone
 
 
 # How a mission went. `exit_code` as the virtual robot's: 0 finished, 1 not, 2 bad arguments, 3 a peer failed.
@@ -185,8 +187,7 @@ class _Watch:
         sentence = self.error or (last_line(self.robot.text()) if code else "")
         if (code == 3 and self.blames == "core" and self.core is not None and self.core.popen.returncode not in (0, None)
                 and (emulated or self.core.text())):
-            # The cause, where the robot only saw the silence.
-            sentence = "; ".join(part for part in (sentence if emulated else "", core_sentence(self.core)) if part)
+            sentence = self._cause(sentence)
         if code == 130:  # somebody else's signal ended it
             return Outcome(1, "interrupted", self.end, interrupted=True)
         if code not in (0, 1, 2, 3):
@@ -196,16 +197,25 @@ class _Watch:
 
     def _core_ended(self):
         """The core ended first. The robot may be ending too: what it says of its own arguments comes first."""
-        # One that ended with its mission done has seen the robot close the link.
-        limit = time.monotonic() + (ROBOT_GRACE_S if self.core.poll() == 0 else CORE_GRACE_S)
-        while self.robot.poll() is None and time.monotonic() < limit and not self.waiting:
+        # One that ended with its mission done, or was hung up on, has seen the robot close the link.
+        hung_up = self.core.poll() in HUNG_UP and not isinstance(self.core, Emulator)
+        limit = time.monotonic() + (ROBOT_GRACE_S if hung_up or self.core.poll() == 0 else CORE_GRACE_S)
+        while self.robot.poll() is None and time.monotonic() < limit and (hung_up or not self.waiting):
             self._one_event(0.1)
         self.drain()
         if self.robot.poll() in (0, 1, 2) or self.blames != "core" or self.end.get("event") == "end":
             return self._robot_ended()
         self.robot.stop(1.0)
         self.drain()
-        return Outcome(3, core_sentence(self.core), self.end)
+        return Outcome(3, self._cause(self.error), self.end)
+
+    def _cause(self, sentence):
+        """What the core said as it ended, where the robot only saw that; the robot's, where the core only saw it give up."""
+        if isinstance(self.core, Emulator):
+            return "; ".join(filter(None, (sentence, core_sentence(self.core))))
+        if sentence and self.core.popen.returncode in HUNG_UP and "while it was in use" not in sentence:
+            return sentence
+        return core_sentence(self.core)
 
 
 def core_sentence(core):

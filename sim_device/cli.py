@@ -213,9 +213,10 @@ def why_reset(step, byte):
     return "Fault: the power is lost at step %d, while byte %d of the non-volatile memory is written." % (step, byte)
 
 
-def missed(link, nvm):
+def missed(link, robot, nvm):
     """The faults that never came, as the mission was over before."""
-    return getattr(link, "missed", list)() + ["power@byte=%d" % number for number in (nvm.power if nvm else ())]
+    power = ["power@byte=%d" % number for number in (nvm.power if nvm else ())]
+    return [item for part in (link, robot) for item in getattr(part, "missed", list)()] + power
 
 
 def mission(options, report, signals):
@@ -279,7 +280,7 @@ def mission(options, report, signals):
     else:
         code = EXIT_INTERRUPTED if end["reason"] == "interrupted" else EXIT_FINISHED if end["finished"] else EXIT_NOT_FINISHED
         code = EXIT_PEER if incomplete(files) else code
-        report.event("end", exit=code, incomplete=incomplete(files), missed=missed(link, nvm), **end)
+        report.event("end", exit=code, incomplete=incomplete(files), missed=missed(link, robot, nvm), **end)
         return code
     # A mission that broke off still tells how far it came.
     report.error(sentence, code, blames=blames, incomplete=incomplete(files), **(session.summary(sentence) if session else {}))

@@ -59,7 +59,7 @@ class Plan:
 
     @property
     def of_the_link(self):
-        return bool(self.chances or self.frames or self.events or self.power)
+        return bool(any(self.chances.values()) or self.frames or self.events or self.power)
 
     @property
     def of_the_bus(self):
@@ -108,10 +108,10 @@ def _add(plan, item):
         plan.bus[kind] = _probability(item, value, BUSY_MAX if kind == "busy" else 1)
     elif equals and kind in CHANCES and where in WAYS:
         number, _, detail = value.partition(":")
-        plan.frames.setdefault((where, _number(item, number, STEP_MAX)), []).append((kind, _detail(item, kind, detail)))
+        plan.frames.setdefault((where, _number(item, number, STEP_MAX, 1)), []).append((kind, _detail(item, kind, detail)))
     elif equals and kind in EVENTS and where in ("step", *WAYS):
         number, _, detail = value.partition(":")
-        plan.events.setdefault((where, _number(item, number, STEP_MAX)), []).append((kind, _detail(item, kind, detail)))
+        plan.events.setdefault((where, _number(item, number, STEP_MAX, where in WAYS)), []).append((kind, _detail(item, kind, detail)))
     elif equals and name == "power@byte":
         plan.power.append(_number(item, value, STEP_MAX))
     else:
@@ -123,9 +123,7 @@ def _chance(plan, item, kind, value):
         length, _, value = value.partition(":")
         plan.delay_s = _seconds(item, length)
         value = value or "1"
-    chance = _probability(item, value)
-    if chance:
-        plan.chances[kind] = chance
+    plan.chances[kind] = _probability(item, value)
 
 
 def _probability(item, text, largest=1):
@@ -152,13 +150,13 @@ def _sensor(item, sensor, value):
     if at:
         first, colon, length = when.partition(":")
         fault.first = _number(item, first, STEP_MAX)
-        fault.end = fault.first + _number(item, length, STEP_MAX) if colon else FOR_EVER
+        fault.end = fault.first + _number(item, length, STEP_MAX, 1) if colon else FOR_EVER
     return fault
 
 
-def _number(item, text, largest):
-    if not re.fullmatch(r"[0-9]{1,10}", text) or int(text) > largest:
-        raise FaultError("--faults %s: %s is no whole number from 0 to %d" % (item, text or "nothing", largest))
+def _number(item, text, largest, least=0):
+    if not re.fullmatch(r"[0-9]{1,10}", text) or not least <= int(text) <= largest:
+        raise FaultError("--faults %s: %s is no whole number from %d to %d" % (item, text or "nothing", least, largest))
     return int(text)
 
 

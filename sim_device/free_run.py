@@ -10,7 +10,8 @@ import time
 
 from protocol.messages import BY_NAME
 from sim_device.core_clock import CoreClock
-from sim_device.links.peer import DEAD_S, RESEND_S, RESET_S
+from sim_device.links.patience import Patience
+from sim_device.links.peer import DEAD_S, RESEND_S
 from sim_device.links.peer_errors import silent
 
 TICK_MS = 20
@@ -29,15 +30,16 @@ _PING, _PONG = BY_NAME["PING"], BY_NAME["PONG"]
 _BUMP = 12                  # in the values of STEP
 
 
+# What was late counts on from the run `before` this one, with a core that is no more.
 # join() first, then step(values) once a tick, at once after the robot has sensed: it sends STEP and
 # returns at the next T, as Peer.step does but for the speeds, which are those of the tick that has
 # passed. Where the answer is not there at T, the robot is driven on here with the speeds that it had; it stands while the core is reset.
 class FreeRun:
-    def __init__(self, peer, robot, idle=lambda: None):
+    def __init__(self, peer, robot, idle=lambda: None, before=None):
         self.clock = CoreClock()
-        self.late_answers = 0       # ticks at whose end there was no answer
-        self.late_answer_ms = 0.0   # the latest of them
-        self.missed_ticks = 0       # the same, but the host itself had slept until after the next
+        self.late_answers = before.late_answers if before else 0            # ticks at whose end there was no answer
+        self.late_answer_ms = before.late_answer_ms if before else 0.0      # the latest of them
+        self.missed_ticks = before.missed_ticks if before else 0    # the same, but the host itself had slept until after the next
         self._peer = peer
         self._robot = robot
         self._idle = idle           # called once a tick, when the core has answered: it is idle until the next
@@ -97,8 +99,8 @@ class FreeRun:
 
     def _answer(self, step, wire):
         """The answer, at the first T at which it is there. Gives up as Peer.step does."""
-        peer, start_s = self._peer, time.monotonic()
-        sent_s, lost_s, due_s = start_s, start_s, None
+        peer, sent_s, due_s = self._peer, time.monotonic(), None
+        patience = Patience(peer, DEAD_S, sent_s)
         while True:
             self._at_s = self._next_s(self._at_s)
             due_s = due_s or self._at_s
@@ -109,10 +111,9 @@ class FreeRun:
                     self.late_answer_ms = max(self.late_answer_ms, (came_s - due_s) * 1000)
                 return answer
             now_s = time.monotonic()
-            if peer.resetting and now_s - start_s < RESET_S:
-                lost_s = now_s
+            if peer.resetting:
                 self._speeds = (0, 0)
-            if now_s - lost_s > DEAD_S:
+            if patience.over(now_s):
                 raise silent(peer.path, "STEP %d" % step, DEAD_S)
             if now_s - sent_s > RESEND_S:
                 sent_s = now_s

@@ -109,7 +109,7 @@ class Session:
                 self._set_parameters(told or {})
                 self.storage.begin(self.peer)
                 if self._realtime:
-                    self._free = FreeRun(self.peer, self.robot, self._ask_health)
+                    self._free = FreeRun(self.peer, self.robot, self._ask_health, self._free)
                     self._free.join()
                 break
             except Restarted as again:

@@ -4,6 +4,13 @@ from protocol import schema
 from protocol.messages import BY_NAME
 
 _ERROR = BY_NAME["ERROR"]
+_STEP_MASK = (1 << 30) - 1
+_LATE_STEPS = 64
+
+
+def overtaken(error, step):
+    """Whether this was said of an old copy of a STEP: the core was before the present one then, or has just taken it."""
+    return error.code == schema.ERROR_STEP_ORDER and step + 1 - error.detail & _STEP_MASK <= _LATE_STEPS
 
 
 # `make(seq)` gives the frame; `answer` is set by whoever received it, if takes() allows it.

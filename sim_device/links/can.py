@@ -32,6 +32,8 @@ class CanLink:
         self.fd = kind == "slcan-fd"
         self._bus = open_bus(kind, channel, wait_s)
         self._cutter = CanCutter(DOWN, self.fd)
+        # No CAN frame: noise on an adapter's line, or what anybody sends to a multicast group.
+        self._noise = (ValueError, IndexError, *[can.CanOperationError] * (kind == "udp"))
         self._joiner = CanJoiner(bytearray(FRAME_MAX), UP)
 
     def read(self, timeout_ms=0):
@@ -41,8 +43,8 @@ class CanLink:
         for _ in range(BURST):
             try:
                 message = self._bus.recv(max(0.0, end_s - time.monotonic()))
-            except ValueError:
-                continue    # no CAN frame: noise on an adapter's line
+            except self._noise:
+                continue
             except (can.CanError, serial.SerialException, OSError) as error:
                 raise PeerError("the CAN bus %s was closed while in use (%s): start all again" % (self.name, error)) from None
             if message is None:

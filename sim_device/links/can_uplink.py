@@ -40,7 +40,7 @@ class CanUplink:
                 if message is None:
                     break
                 line = line_of(message)
-            except (can.CanError, ValueError):
+            except (can.CanError, ValueError, IndexError):
                 continue    # no CAN frame: anybody may send to a multicast group
             frame = parse(line)
             if frame is not None and not message.is_error_frame and not self._is_echo(line):

@@ -3,6 +3,7 @@
 # `module:class` of something made from a port and a boot number that has receive(buf, size) and
 # greet(), which says HELLO twice a second until it is answered, and answers by port.write(buf, size), as firmware_py.device:Device.
 
+import contextlib
 import importlib
 import sys
 
@@ -10,6 +11,7 @@ from sim_device.links.peer_errors import PeerError
 from sim_device.links.pty import LinkError
 
 BOOT_ID = 1
+NO_CORE = "--core %s cannot be had (%s): give module:class, like firmware_py.device:Device"
 
 
 # Stands in for a Pty towards Peer. Its time is its own: it passes where somebody waits for what does not come,
@@ -24,14 +26,18 @@ class MemoryLink:
         self._make = _named(core, folder)
         self._now_s = 0.0
         self._boots = BOOT_ID - 1
-        self.restart()
+        try:
+            self.restart()
+        except PeerError as error:
+            raise LinkError(NO_CORE % (core, error)) from None
 
     def restart(self):
         """Another core in place of this one, as after a reset."""
         self._boots += 1
         self._out.clear()
-        self._core = self._make(_Port(self._out, self.clock), self._boots)
-        self._core.greet()
+        with _in_one_sentence():
+            self._core = self._make(_Port(self._out, self.clock), self._boots)
+            self._core.greet()
 
     def speaks(self, dialect):
         """As a Pty's."""
@@ -42,17 +48,16 @@ class MemoryLink:
     def read(self, timeout_ms=0):
         if not self._out:
             self._now_s += timeout_ms / 1000
-            self._core.greet()
+            with _in_one_sentence():
+                self._core.greet()
         data = bytes(self._out)
         self._out.clear()
         return data
 
     def write(self, data):
         held = bytearray(data)
-        try:
+        with _in_one_sentence():
             self._core.receive(held, len(held))
-        except Exception as error:
-            raise PeerError("the core failed: %s: %s" % (type(error).__name__, error)) from error
         return True
 
     def flush(self):
@@ -80,11 +85,20 @@ class _Port:
         return int(self._clock() * 1000) & 0x3FFFFFF
 
 
+@contextlib.contextmanager
+def _in_one_sentence():
+    """Whatever the core's code raises."""
+    try:
+        yield
+    except Exception as error:
+        raise PeerError("the core failed: %s: %s" % (type(error).__name__, error)) from error
+
+
 def _named(core, folder):
     module, _, name = core.partition(":")
     if folder:
         sys.path.insert(0, folder)
     try:
         return getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise LinkError("--core %s cannot be had (%s): give module:class, like firmware_py.device:Device" % (core, error)) from None
+    except Exception as error:  # the module's own, too
+        raise LinkError(NO_CORE % (core, error)) from None

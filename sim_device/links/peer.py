@@ -7,12 +7,13 @@ from protocol.host_link import HANDSHAKE_MAX, RELIABLE, HostLink
 from protocol.host_window import Window
 from protocol.messages import BY_NAME
 from sim_device.links.acquaintance import Acquaintance
-from sim_device.links.asked import Asked
+from sim_device.links.asked import Asked, overtaken
+from sim_device.links.patience import Patience
 from sim_device.links.peer_errors import Interrupted, PeerError, Restarted, is_garbage, nobody, refused, silent
+from sim_device.links.telling_order import TellingOrder
 
 RESEND_S = 0.2          # of what is not reliable, and of the free run's steps
 DEAD_S = 3.0
-RESET_S = 30.0          # for a core to boot that was reset
 ASK_HELLO_S = 0.5
 SILENT_TRIES = 8        # repeats in vain, half a second: is it still the core that we know?
 
@@ -43,7 +44,7 @@ class Peer:
         self._passed = []
         self._boots = set()         # numbers of cores that are no more
         self._confirmed = False     # the core has spoken in this epoch
-        self._told = {}             # SEQ of the newest telemetry of each kind
+        self._order = TellingOrder()
 
     @property
     def path(self):
@@ -96,6 +97,8 @@ class Peer:
                 raise PeerError("%s: %s" % (self._pty.path, refusal))
             if self.hello is not None and hello.boot_id != self.hello.boot_id:
                 self._boots.add(self.hello.boot_id)
+                self.newest.clear()     # said by a core that is no more
+                self.stores.clear()
             self.hello = hello
             self._pty.resetting = False
             self._open(self.link.welcome(hello))
@@ -110,10 +113,8 @@ class Peer:
         if question.RELIABLE:
             return self.ask_all([(question, answer, fits)], dead_s)[0]
         self.newest.pop(answer, None)
-        self._told.pop(answer, None)  # where the last one came long ago, its number says nothing
         for _ in self._tries(self.link.encode(question), dead_s):
-            message = self.newest.get(answer)
-            if message is not None and fits(message):
+            if (message := self.newest.get(answer)) is not None and fits(message):
                 return message
         raise silent(self._pty.path, question.NAME + " with " + answer.NAME, dead_s)
 
@@ -147,7 +148,7 @@ class Peer:
         if answer is not None and answer[0] == step:
             return answer
         error = self.newest.pop(_ERROR, None)
-        if error is not None and error.message_id == _STEP.ID:
+        if error is not None and error.message_id == _STEP.ID and not overtaken(error, step):
             raise refused(self._pty.path, error)
         return None
 
@@ -170,15 +171,14 @@ class Peer:
     def _until(self, asked, dead_s, what):
         """Waits for that answer; repeats what is due."""
         window, clock = self.window, self._clock
-        start_s = lost_s = now_s = clock()
+        now_s = clock()
+        patience = Patience(self._pty, dead_s, now_s)
         while asked.answer is None:
             self._receive(min(window.wait_us(int(now_s * 1e6)) // 1000 + 1, 20))
             if asked.answer is not None:
                 break
             now_s = clock()
-            if self._pty.resetting and now_s - start_s < RESET_S:
-                lost_s = now_s
-            if now_s - lost_s > dead_s:
+            if patience.over(now_s):
                 raise silent(self._pty.path, what(), dead_s)
             for question in window.due(int(now_s * 1e6)):
                 self._repeat(question)
@@ -197,12 +197,13 @@ class Peer:
         """Sends the frame, then yields whenever something came, repeating the frame, until the time is over."""
         write, clock = self._pty.write, self._clock
         write(wire)
-        start_s = sent_s = clock()
+        sent_s = clock()
+        patience = Patience(self._pty, dead_s, sent_s)
         while True:
             if self._receive(20):
                 yield
             now_s = clock()
-            if now_s - start_s > dead_s:
+            if patience.over(now_s):
                 return
             if now_s - sent_s > RESEND_S:
                 sent_s = now_s
@@ -257,9 +258,8 @@ class Peer:
         kind = type(message)
         self._confirmed = True
         self.window.heard(ack)
-        if self._told.setdefault(kind, seq - 1 & 255) - seq & 255 < 128:
-            return  # it was overtaken, or came twice
-        self._told[kind] = seq
+        if not self._order.takes(kind, seq):
+            return
         self.newest[kind] = message
         if kind is _STORE:
             self.stores[message.name] = message
@@ -281,7 +281,7 @@ class Peer:
         """A new epoch, and in it these questions once more."""
         self.window.restart()
         self._confirmed = False
-        self._told.clear()
+        self._order.restart()
         self._pty.write(invitation)
         for question in sorted(again, key=lambda question: question.first_us):
             self._post(question.asked)

@@ -15,6 +15,7 @@ FLUSH_S = 0.02
 HELLO_S = 1.0
 BACKLOG_BYTES = 65536
 DRAIN_S = 1.5
+ASKED_BYTES = 3     # of IDENTIFY: section, offset
 NUMBER_BYTES = 2    # of an item: so many are kept, whatever a core of another schema counts
 
 _ID = 3         # in a raw frame: CTL SEQ ACK ID LEN body CRC
@@ -192,7 +193,10 @@ class _Tap:
             at = self._reader.feed_from(data, at, len(data))
             if self._reader.ready and self._reader.message_id in (_IDENTIFY, _WELCOME):
                 body = bytes(self._reader.body[self._reader.body_start:self._reader.body_end])
-                asked.append(body if self._reader.message_id == _IDENTIFY else b"")
+                if self._reader.message_id == _WELCOME:
+                    asked.append(b"")
+                elif len(body) == ASKED_BYTES:
+                    asked.append(body)
         return asked
 
     def close(self):

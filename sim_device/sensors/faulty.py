@@ -121,6 +121,7 @@ class FaultySensors:
     def __init__(self, robot, faults, seed):
         self._robot = robot
         self._spoiled = [_Spoiled(fault, len(robot.anchors), seed) for fault in faults]
+        self._step = 0
 
     def __getattr__(self, name):
         return getattr(self._robot, name)
@@ -128,5 +129,11 @@ class FaultySensors:
     def sense(self, values):
         """As the robot's; values[0] is the step's number."""
         self._robot.sense(values)
+        self._step = values[0]
         for spoiled in self._spoiled:
             spoiled.spoil(values, spoiled.fault.first <= values[0] < spoiled.fault.end)
+
+    def missed(self):
+        """Items of the plan whose first step never came."""
+        faults = [spoiled.fault for spoiled in self._spoiled]
+        return ["%s=%s@step=%d" % (fault.sensor, fault.kind, fault.first) for fault in faults if fault.first > self._step]

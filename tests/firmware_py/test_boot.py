@@ -64,6 +64,12 @@ def test_a_path_that_is_no_terminal(command, tmp_path):
     assert ended.stdout.strip() == f"tvslam: {file} is not a terminal: give a serial port or a pty"
 
 
+@pytest.mark.parametrize("path", ["", "slcan:", "slcan-fd:"])
+def test_no_path_is_not_waited_for(path):
+    ended = run(cpython(path))
+    assert ended.returncode == 2 and ended.stdout.startswith("usage: firmware_py PATH") and ended.stdout.count("\n") == 1
+
+
 @pytest.mark.parametrize("command", [cpython, lambda path: micropython(288 * 1024, path)], ids=["cpython", "unix"])
 def test_a_host_that_goes_away_is_named(command):
     master, slave = pty.openpty()

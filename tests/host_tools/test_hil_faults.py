@@ -1,9 +1,12 @@
 """Missions on a bad line through the command line: on every target and link the hashes of a good one."""
 
 import json
+import signal
+from types import SimpleNamespace
 
 import pytest
 
+from host_tools.mission_run import _Watch
 from tests.host_tools.test_hil_mission import SMALL, finish, hil
 
 SHORT = ("--max-robot-s", "6", "--seed", "2")
@@ -64,3 +67,35 @@ def test_what_a_mission_met_is_kept_and_done_again(runs, calm, tmp_path):
     assert len(items) > 100 and all("@up=" in item or "@down=" in item for item in items)
     again, _ = runs.of(*memory, "--faults", "@%s" % kept)
     assert again["hash"] == once["hash"] == calm["hash"] and again["link_stats"] == once["link_stats"]
+
+
+def test_why_the_robot_gave_up_is_told_and_not_that_the_core_was_hung_up_on_then(runs):
+    code, _, err = finish(hil(runs.project, str(runs.home), "--target", "cpython", *SHORT, "--faults", "cut@step=50:60s"))
+    said = err.splitlines()[-1]
+    assert code == 3 and "the core on the link has not answered STEP 50 for 3 s" in said
+
+
+GAVE_UP = "the core on the link has not answered STEP 50 for 3 s"
+CLOSED = "the core has closed the link while it was in use: start both again"
+HANGUP = "tvslam: the link was closed by its other end before the mission was done: start both again"
+
+
+@pytest.mark.parametrize("first", ["robot", "core"])
+@pytest.mark.parametrize("error, code, printed, cause", [
+    (GAVE_UP, 3, HANGUP, GAVE_UP), (GAVE_UP, -signal.SIGHUP, "", GAVE_UP), ("", 3, HANGUP, HANGUP[8:]), (CLOSED, 3, HANGUP, HANGUP[8:]),
+    (GAVE_UP, 4, "tvslam: the heap is too small", "the heap is too small"),
+    (GAVE_UP, 1, "Traceback\nValueError: x", "the core failed: ValueError: x"),
+])
+def test_whoever_saw_the_cause_tells_it_whoever_ended_first(first, error, code, printed, cause):
+    watch = _Watch(None)
+    watch.error, watch.core = error, ended(code, printed)
+    watch.robot = ended(3, "")
+    if first == "core":
+        watch.robot.poll = iter([None, 3, 3, 3]).__next__   # it ends while it is waited for
+    assert watch.outcome().sentence == cause
+
+
+def ended(code, printed):
+    """A Child that has ended."""
+    return SimpleNamespace(poll=lambda: code, wait=lambda _: code, stop=lambda _: code, text=lambda: printed,
+                           popen=SimpleNamespace(returncode=code))

@@ -116,7 +116,7 @@ def test_the_result_is_kept_before_it_is_printed_and_whole_or_not_at_all(written
     def gone(*_):
         raise BrokenPipeError
     with monkeypatch.context() as patch, pytest.raises(BrokenPipeError):
-        patch.setattr(replay_command, "print", gone, raising=False)
+        patch.setattr(replay_command, "say", gone)
         replay_command.answered("replay", args, lambda recording: ({"equal": True}, ["a line"]))
     assert json.loads(kept.read_text()) == {"equal": True}
 

@@ -32,6 +32,8 @@ def test_every_item_is_read(tmp_path):
         assert plan.bus == {"loss": 0.01, "full": 0.02, "busy": 0.5} and plan.of_the_bus
         assert plan.sensors == [SensorFault("uwb", "off", 300, 500), SensorFault("infrared", "stuck"), SensorFault("encoder", "slow", 7)]
         assert plan.of_the_link
+    again = parse("drop=0.1,drop=0,dup=0,dup=0.2")
+    assert again.chances == {"drop": 0, "dup": 0.2}, "the last one wins"
     assert not parse("uwb=off").of_the_link and not parse("drop=0").of_the_link and not parse("drop=0.1,cut@step=3:1s").of_the_bus
     assert parse("busoff@step=3").of_the_bus and parse("loss=0.1").of_the_bus and not parse("loss=0.1").of_the_link
 
@@ -45,6 +47,8 @@ def test_every_item_is_read(tmp_path):
     ("uwb=off@step=", "nothing is no whole number"), ("uwb=off@step=3:x", "x is no whole number"), ("sonar=off", "is unknown"),
     ("busy=1", "busy=1: 1 is no probability from 0 to 0.95"), ("loss=0.1,full@step=9", "full@step=9: nothing is no time"),
     ("loss@step=9", "is unknown"), ("busoff=0.1", "is unknown"), ("busoff@step=9:soon", "soon is no time"),
+    ("drop@down=0", "0 is no whole number from 1 to"), ("reset@up=0", "0 is no whole number from 1 to"),
+    ("uwb=off@step=5:0", "0 is no whole number from 1 to"),
     ("power@byte=", "nothing is no whole number"), ("power@step=9", "is unknown"),
     ("@/nowhere/f", "cannot be read"), ("@/", "cannot be read"),
 ])
@@ -70,8 +74,8 @@ def test_power_is_not_lost_at_a_memory_that_is_not_there(capsys):
 
 
 def test_what_never_came_is_said(capsys):
-    never = ["reset@step=77", "cut@down=9999", "drop@up=9998", "power@byte=9997"]
-    faults = "reset@step=5,drop@up=3," + ",".join("%s:1s" % item if "cut" in item else item for item in never)
+    never = ["reset@step=77", "cut@down=9999", "drop@up=9998", "uwb=off@step=51", "power@byte=9997"]
+    faults = "reset@step=5,drop@up=3,infrared=stuck@step=50:9," + ",".join("%s:1s" % item if "cut" in item else item for item in never)
     assert cli.main(["studio", "--core", CORE, "--max-robot-s", "1", "--faults", faults]) == cli.EXIT_NOT_FINISHED
     said = capsys.readouterr().err.splitlines()
     for item in never:

@@ -1,7 +1,10 @@
 # The robot's end of a CAN bus, and the hub's arm onto the machine's own buses.
 
 import os
+import pty
+import socket
 import time
+import tty
 
 import can
 from hypothesis import given
@@ -22,7 +25,7 @@ from tests.protocol.test_can_frames import UP, cut
 from tests.sim_device.can_story import running_hub
 from tests.sim_device.test_can_hub import adapter, until
 
-GROUP = "239.74.163.77"
+GROUP, PORT = "239.74.163.77", 43113
 can_messages = st.builds(
     lambda extended, can_id, fd, fast, data: can.Message(
         arbitration_id=can_id if extended else can_id & 0x7FF, is_extended_id=extended, is_fd=fd, bitrate_switch=fd and fast,
@@ -75,6 +78,18 @@ def test_an_adapter_that_goes_is_named(tmp_path):
         for _ in range(50):
             link.read(20)
     link.close()
+
+
+@pytest.mark.parametrize("text", [b"t12\r", b"t\r", b"D3F00\r", b"B0\r", b"T1\r", b"t1z\r", b"r12\r"])
+def test_half_a_frame_from_an_adapter_is_passed_over(text):
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    link = CanLink("slcan:" + os.ttyname(slave))
+    os.write(master, text)
+    assert link.read(20) == b""
+    link.close()
+    os.close(master)
+    os.close(slave)
 
 
 def test_an_adapter_that_is_none_of_ours_cannot_be_made_worse(tmp_path):
@@ -135,6 +150,17 @@ def test_the_hub_joins_its_adapters_to_a_bus_of_the_machine_without_an_echo(tmp_
     assert b"t321101\r" in said and heard, "between two buses of this machine a frame came through, but not by the hub"
     assert said.count(b"t") == 1 and len(heard) == 1 and bytes(heard[0].data) == b"\xab\xcd"
     assert hub.bus.frames == 2, "what the hub itself had sent was not taken for another's"
+
+
+def test_what_anybody_sends_to_the_group_is_passed_over(udp):
+    link = CanLink("udp:" + GROUP)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        stranger.sendto(b"hello", (GROUP, PORT))
+    with pytest.raises(can.CanOperationError):
+        udp.recv(1.0)   # it is there
+    assert link.read(200) == b""
+    link.close()
 
 
 def at_hand(fd):

@@ -27,10 +27,18 @@ def test_a_core_that_is_none_is_named():
             MemoryLink(core)
 
 
+@pytest.mark.parametrize("core", ["os:getcwd", "array:array", "math:pi", "types:SimpleNamespace"])
+def test_what_is_no_core_is_refused_in_one_sentence(core, capsys):
+    assert cli.main(["studio", "--core", core]) == cli.EXIT_BAD_INPUT
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and "--core %s cannot be had" % core in said[0] and "give module:class" in said[0]
+
+
 @pytest.fixture
 def broken(tmp_path):
     (tmp_path / "broken_core.py").write_text(
-        "class Core:\n    def __init__(self, port, boot_id):\n        pass\n    def greet(self):\n        pass\n"
+        "class Core:\n    def __init__(self, port, boot_id):\n        self.greeted = 3 // (3 - boot_id)\n"
+        "    def greet(self):\n        self.greeted = 3 // self.greeted\n"
         "    def receive(self, buf, size):\n        raise ZeroDivisionError('by nothing')\n")
     yield str(tmp_path)
     sys.path.remove(str(tmp_path))
@@ -41,6 +49,12 @@ def test_what_the_core_raises_is_one_sentence(broken):
     link = MemoryLink("broken_core:Core", broken)
     with pytest.raises(PeerError, match="the core failed: ZeroDivisionError: by nothing"):
         link.write(b"\0")
+    link._core.greeted = 0
+    with pytest.raises(PeerError, match="the core failed: ZeroDivisionError"):
+        link.read(0)
+    link.restart()
+    with pytest.raises(PeerError, match="the core failed: ZeroDivisionError"):
+        link.restart()
 
 
 def test_the_command_drives_a_mission_without_a_pty(capsys):

@@ -197,6 +197,23 @@ def test_the_end_is_not_lost_when_the_tap_closes(tmp_path):
     viewer.close()
 
 
+@pytest.mark.parametrize("body", [b"", b"\4", b"\4\0", b"\4\0\0\1"])
+def test_a_question_of_another_length_is_none(tmp_path, body):
+    taps = Taps([str(tmp_path / "tap")])
+    taps.frame(raw(hello()))
+    viewer = Viewer(tmp_path / "tap")
+    taps.service(1.0)
+    viewer.read()
+    frame = bytes((schema.VERSION, 0, 0, M["IDENTIFY"].ID, len(body) + 9)) + body
+    os.write(viewer.fd, wire(frame + zlib.crc32(frame).to_bytes(4, "little")))
+    viewer.ask(M["IDENTIFY"](0, 0))
+    taps.service(1.1)
+    taps.service(1.2)
+    assert viewer.read() == [hello()], "the one that is whole is answered"
+    viewer.close()
+    taps.close()
+
+
 def test_without_taps_nothing_is_kept():
     taps = Taps([])
     taps.frame(raw(hello()))
