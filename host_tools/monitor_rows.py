@@ -219,6 +219,8 @@ def plain_line(state):
             pose.path_mm / 1000, pose.points, pose.vectors, pose.fixes, pose.bumps))
     if state.ir_state is not None:
         parts.append("ir %s" % format(state.ir_state, "08b"))
+    if state.degraded:
+        parts.append("degraded: %s" % ", ".join(state.degraded))
     if state.memory is not None and state.memory.heap_bytes:
         parts.append("heap %s of %s B%s" % (
             number(state.memory.heap_used_bytes), number(state.memory.heap_bytes),

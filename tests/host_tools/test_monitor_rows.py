@@ -48,6 +48,15 @@ def test_mission_rows_carry_the_pose():
     assert text_of(table, "path") == "3.00 m"
 
 
+def test_what_is_degraded_is_shown_while_it_drives():
+    state = MonitorState()
+    kind = BY_NAME["STATUS_RSP"]
+    state.apply(kind(**{field[0]: 0 for field in kind.FIELDS}))
+    assert "degraded" not in [name for name, _, _ in rows.mission_rows(state)] and "degraded" not in rows.plain_line(state)
+    state.apply(kind(**{field[0]: 0 for field in kind.FIELDS} | {"degraded": 1 << states.DEGRADED.index("infrared")}))
+    assert text_of(rows.mission_rows(state), "degraded") == "infrared" and "degraded: infrared" in rows.plain_line(state)
+
+
 def test_every_store_has_a_row_with_used_and_capacity():
     state = state_after(Story(), 1500)
     table = rows.store_rows(state)
