@@ -13,7 +13,6 @@ from tests.house.tree import PROJECT
 from tests.strategies import examples
 
 WIDTHS = st.lists(st.floats(1.6, 5), min_size=2, max_size=6)
-REAL = PROJECT.parent / "shared" / "homes"
 
 
 def expect_a_region_a_room(floor, centres):
@@ -178,11 +177,10 @@ def test_the_shipped_homes_have_their_rooms_or_a_few_more(name, spare, seed):
 
 
 # Rooms that no doorway parts, and what else is cut off.
-@pytest.mark.skipif(not REAL.is_dir(), reason="the real homes are not there")
 @pytest.mark.parametrize("name, joined, spare", [("arch_flat_51", 1, 0), ("arch_flat_77", 1, 0), ("tb3_house", 0, 1), ("giraff_c", 0, 0)])
 @pytest.mark.parametrize("seed", [None, 1, 2, 3])
-def test_real_homes_have_their_rooms_or_one_off(name, joined, spare, seed):
-    expect_rooms(REAL / (name + ".json"), joined, spare, seed)
+def test_real_homes_have_their_rooms_or_one_off(real_homes, name, joined, spare, seed):
+    expect_rooms(real_homes / (name + ".json"), joined, spare, seed)
 
 
 def expect_rooms(path, joined, spare, seed):

@@ -117,7 +117,6 @@ def test_what_is_no_bus_is_one_sentence(tmp_path, monkeypatch):
 
 @pytest.fixture
 def udp():
-    pytest.importorskip("msgpack")
     try:
         bus = can.Bus(interface="udp_multicast", channel=GROUP, hop_limit=0)
         with can.Bus(interface="udp_multicast", channel=GROUP, hop_limit=0) as other:
